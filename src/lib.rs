@@ -1,0 +1,15 @@
+//! `nephroid`: a deterministic, multi-threaded software GPU and the real-time caustics techniques built on it.
+//!
+//! A *frame* is data: named resources and an ordered list of passes. Executors run frames; the CPU executor
+//! runs them on [`pipeline`], which reproduces the stages of a GPU exactly and gives the same bytes for the same
+//! input on any number of threads and at any SIMD level. Layers, lowest first (a module uses only lower ones):
+//!
+//! - L0 [`math`]
+//! - L1 [`image`], [`geom`]
+//! - L2 [`pipeline`]
+//! - L3 [`frame`], [`scene`]
+//! - L4 [`passes`]
+//! - L5 [`caustics`]
+//! - L7 [`cli`]
+
+pub mod math;

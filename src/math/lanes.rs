@@ -1,0 +1,298 @@
+//! One text, several widths: the number type that shaders and other hot code are generic over.
+//!
+//! A shader is written once over `L: Lanes`. With `L = f32` it reads like the paper's equation and is the definition;
+//! with 16 lanes it runs one 4x4 pixel block, or sixteen vertices, at a time. Both give the same bits, at every SIMD level:
+//!
+//! - only operations that IEEE 754 rounds exactly are offered (`+ - * /`, square root, rounding to an integer);
+//! - there is no fused multiply-add, because hardware without it would round differently;
+//! - `min` and `max` are spelled out as a comparison and a select, so NaN goes the same way everywhere;
+//! - branches become masks and [`Lanes::select`].
+//!
+//! Elementary functions (exponential, sine, ...) are built from these in `math::float`.
+
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use fearless_simd::{Select, Simd, SimdBase, SimdCvtFloat, SimdCvtTruncate, SimdFloat, SimdMask, f32x16, i32x16, mask32x16};
+
+/// Lanes of [`f32`] that are computed together: `f32` itself (one lane) or [`f32x16`] (sixteen).
+pub trait Lanes:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Add<f32, Output = Self>
+    + Sub<f32, Output = Self>
+    + Mul<f32, Output = Self>
+    + Div<f32, Output = Self>
+    + Neg<Output = Self>
+{
+    /// One truth value per lane.
+    type Mask: Mask;
+    /// Proof that the machine can run this width; needed to make a value from nothing.
+    type Token: Copy;
+    /// Number of lanes.
+    const LEN: usize;
+
+    /// The same number in every lane.
+    fn splat(token: Self::Token, value: f32) -> Self;
+    /// Lane `i` is `f(i)`; `f` is called once per lane in rising order.
+    fn from_fn(token: Self::Token, f: impl FnMut(usize) -> f32) -> Self;
+    /// The first [`Self::LEN`] numbers of a slice. Panics if it is shorter.
+    fn load(token: Self::Token, slice: &[f32]) -> Self;
+    /// Writes the lanes to the first [`Self::LEN`] places of a slice. Panics if it is shorter.
+    fn store(self, slice: &mut [f32]);
+    /// The token this value was made with.
+    fn token(self) -> Self::Token;
+    /// The number in lane `index`.
+    fn lane(self, index: usize) -> f32;
+
+    /// `mask ? if_true : if_false`, lane by lane.
+    fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
+    /// `self < other` (false where either is NaN).
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self <= other` (false where either is NaN).
+    fn le(self, other: Self) -> Self::Mask;
+    /// `self == other` (false where either is NaN).
+    fn equals(self, other: Self) -> Self::Mask;
+
+    /// Square root, rounded to nearest; NaN below zero.
+    #[must_use]
+    fn sqrt(self) -> Self;
+    /// Magnitude.
+    #[must_use]
+    fn abs(self) -> Self;
+    /// Largest integer not above `self`.
+    #[must_use]
+    fn floor(self) -> Self;
+    /// Nearest integer, ties to even.
+    #[must_use]
+    fn round_ties_even(self) -> Self;
+    /// `2^self` for integral `self` in `-126..=127`; other values are outside the contract.
+    #[must_use]
+    fn exp2_int(self) -> Self;
+
+    /// The same number in every lane, at the width of `self`.
+    #[inline(always)]
+    #[must_use]
+    fn like(self, value: f32) -> Self {
+        Self::splat(self.token(), value)
+    }
+    /// `self > other` (false where either is NaN).
+    #[inline(always)]
+    fn gt(self, other: Self) -> Self::Mask {
+        other.lt(self)
+    }
+    /// `self >= other` (false where either is NaN).
+    #[inline(always)]
+    fn ge(self, other: Self) -> Self::Mask {
+        other.le(self)
+    }
+    /// `self < other ? self : other`: the second operand where either is NaN.
+    #[inline(always)]
+    #[must_use]
+    fn min(self, other: Self) -> Self {
+        Self::select(self.lt(other), self, other)
+    }
+    /// `self > other ? self : other`: the second operand where either is NaN.
+    #[inline(always)]
+    #[must_use]
+    fn max(self, other: Self) -> Self {
+        Self::select(other.lt(self), self, other)
+    }
+    /// `min(max(self, low), high)`; NaN becomes `low`.
+    #[inline(always)]
+    #[must_use]
+    fn clamp(self, low: f32, high: f32) -> Self {
+        Lanes::min(Lanes::max(self, self.like(low)), self.like(high))
+    }
+    /// `f` of each lane on its own: for what has no wide form.
+    #[inline(always)]
+    #[must_use]
+    fn map(self, mut f: impl FnMut(f32) -> f32) -> Self {
+        Self::from_fn(self.token(), |i| f(self.lane(i)))
+    }
+}
+
+/// One truth value per lane.
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// True if any lane is.
+    fn any(self) -> bool;
+    /// True if every lane is.
+    fn all(self) -> bool;
+    /// Lane `i` as bit `i`.
+    fn bits(self) -> u32;
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self)
+    }
+}
+
+impl Lanes for f32 {
+    type Mask = bool;
+    type Token = ();
+    const LEN: usize = 1;
+
+    #[inline(always)]
+    fn splat((): (), value: f32) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn from_fn((): (), mut f: impl FnMut(usize) -> f32) -> Self {
+        f(0)
+    }
+    #[inline(always)]
+    fn load((): (), slice: &[f32]) -> Self {
+        slice[0]
+    }
+    #[inline(always)]
+    fn store(self, slice: &mut [f32]) {
+        slice[0] = self;
+    }
+    #[inline(always)]
+    fn token(self) {}
+    #[inline(always)]
+    fn lane(self, _index: usize) -> f32 {
+        self
+    }
+    #[inline(always)]
+    fn select(mask: bool, if_true: Self, if_false: Self) -> Self {
+        if mask { if_true } else { if_false }
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> bool {
+        self <= other
+    }
+    #[inline(always)]
+    fn equals(self, other: Self) -> bool {
+        self == other
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f32::sqrt(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f32::abs(self)
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        f32::floor(self)
+    }
+    #[inline(always)]
+    fn round_ties_even(self) -> Self {
+        f32::round_ties_even(self)
+    }
+    #[inline(always)]
+    fn exp2_int(self) -> Self {
+        f32::from_bits(((self as i32 + 127) << 23) as u32)
+    }
+}
+
+impl<S: Simd> Mask for mask32x16<S> {
+    #[inline(always)]
+    fn any(self) -> bool {
+        SimdMask::any_true(self)
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        SimdMask::all_true(self)
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        SimdMask::to_bitmask(self) as u32
+    }
+}
+
+impl<S: Simd> Lanes for f32x16<S> {
+    type Mask = mask32x16<S>;
+    type Token = S;
+    const LEN: usize = 16;
+
+    #[inline(always)]
+    fn splat(token: S, value: f32) -> Self {
+        SimdBase::splat(token, value)
+    }
+    #[inline(always)]
+    fn from_fn(token: S, mut f: impl FnMut(usize) -> f32) -> Self {
+        let mut lanes = [0.0; 16];
+        for (i, lane) in lanes.iter_mut().enumerate() {
+            *lane = f(i);
+        }
+        SimdBase::load_array(token, lanes)
+    }
+    #[inline(always)]
+    fn load(token: S, slice: &[f32]) -> Self {
+        SimdBase::from_slice(token, &slice[..16])
+    }
+    #[inline(always)]
+    fn store(self, slice: &mut [f32]) {
+        SimdBase::store_slice(&self, &mut slice[..16]);
+    }
+    #[inline(always)]
+    fn token(self) -> S {
+        fearless_simd::ExtractToken::token(&self)
+    }
+    #[inline(always)]
+    fn lane(self, index: usize) -> f32 {
+        SimdBase::as_array(&self)[index]
+    }
+    #[inline(always)]
+    fn select(mask: mask32x16<S>, if_true: Self, if_false: Self) -> Self {
+        Select::select(mask, if_true, if_false)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> mask32x16<S> {
+        SimdBase::simd_lt(self, other)
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> mask32x16<S> {
+        SimdBase::simd_le(self, other)
+    }
+    #[inline(always)]
+    fn equals(self, other: Self) -> mask32x16<S> {
+        SimdBase::simd_eq(self, other)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        SimdFloat::sqrt(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        SimdBase::abs(self)
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        SimdFloat::floor(self)
+    }
+    #[inline(always)]
+    fn round_ties_even(self) -> Self {
+        SimdFloat::round_ties_even(self)
+    }
+    #[inline(always)]
+    fn exp2_int(self) -> Self {
+        let biased: i32x16<S> = i32x16::truncate_from(self) + 127;
+        fearless_simd::Bytes::bitcast(biased << 23)
+    }
+}
+
+/// Integers to lanes; exact below 2^24 in magnitude.
+#[inline(always)]
+pub fn lanes_from_i32<S: Simd>(ints: i32x16<S>) -> f32x16<S> {
+    f32x16::float_from(ints)
+}

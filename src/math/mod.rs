@@ -1,0 +1,4 @@
+//! Numbers: spaces, fixed point, SIMD lanes, deterministic elementary functions, random numbers, optics.
+
+pub mod lanes;
+pub mod vector;

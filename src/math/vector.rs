@@ -1,0 +1,166 @@
+//! Vectors of [`Lanes`]: two, three or four components, each a lane type. Plain sums of products, left to right.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use super::lanes::Lanes;
+
+/// Two components.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct V2<L> {
+    /// First component.
+    pub x: L,
+    /// Second component.
+    pub y: L,
+}
+
+/// Three components.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct V3<L> {
+    /// First component.
+    pub x: L,
+    /// Second component.
+    pub y: L,
+    /// Third component.
+    pub z: L,
+}
+
+/// Four components.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct V4<L> {
+    /// First component.
+    pub x: L,
+    /// Second component.
+    pub y: L,
+    /// Third component.
+    pub z: L,
+    /// Fourth component.
+    pub w: L,
+}
+
+/// Makes a [`V2`].
+#[inline(always)]
+pub fn v2<L>(x: L, y: L) -> V2<L> {
+    V2 { x, y }
+}
+
+/// Makes a [`V3`].
+#[inline(always)]
+pub fn v3<L>(x: L, y: L, z: L) -> V3<L> {
+    V3 { x, y, z }
+}
+
+/// Makes a [`V4`].
+#[inline(always)]
+pub fn v4<L>(x: L, y: L, z: L, w: L) -> V4<L> {
+    V4 { x, y, z, w }
+}
+
+macro_rules! componentwise {
+    ($vector:ident, $($c:ident),+) => {
+        impl<L: Lanes> Add for $vector<L> {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, other: Self) -> Self {
+                $vector { $($c: self.$c + other.$c),+ }
+            }
+        }
+        impl<L: Lanes> Sub for $vector<L> {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, other: Self) -> Self {
+                $vector { $($c: self.$c - other.$c),+ }
+            }
+        }
+        impl<L: Lanes> Mul<L> for $vector<L> {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, scale: L) -> Self {
+                $vector { $($c: self.$c * scale),+ }
+            }
+        }
+        impl<L: Lanes> Neg for $vector<L> {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                $vector { $($c: -self.$c),+ }
+            }
+        }
+        impl<L: Lanes> $vector<L> {
+            /// `mask ? if_true : if_false`, lane by lane.
+            #[inline(always)]
+            pub fn select(mask: L::Mask, if_true: Self, if_false: Self) -> Self {
+                $vector { $($c: L::select(mask, if_true.$c, if_false.$c)),+ }
+            }
+        }
+    };
+}
+componentwise!(V2, x, y);
+componentwise!(V3, x, y, z);
+componentwise!(V4, x, y, z, w);
+
+impl<L: Lanes> V2<L> {
+    /// Inner product.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> L {
+        self.x * other.x + self.y * other.y
+    }
+    /// `x·other.y − y·other.x`: twice the signed area of the triangle spanned.
+    #[inline(always)]
+    pub fn perp_dot(self, other: Self) -> L {
+        self.x * other.y - self.y * other.x
+    }
+}
+
+impl<L: Lanes> V3<L> {
+    /// The same vector in every lane.
+    #[inline(always)]
+    pub fn splat(token: L::Token, v: glam::Vec3) -> Self {
+        v3(L::splat(token, v.x), L::splat(token, v.y), L::splat(token, v.z))
+    }
+    /// Inner product.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> L {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+    /// Vector product, right-handed.
+    #[inline(always)]
+    pub fn cross(self, other: Self) -> Self {
+        v3(self.y * other.z - self.z * other.y, self.z * other.x - self.x * other.z, self.x * other.y - self.y * other.x)
+    }
+    /// Euclidean length.
+    #[inline(always)]
+    pub fn length(self) -> L {
+        self.dot(self).sqrt()
+    }
+    /// Unit vector along `self`; not a number where the length is zero.
+    #[inline(always)]
+    pub fn normalize(self) -> Self {
+        self * (self.x.like(1.0) / self.length())
+    }
+    /// Component by component product.
+    #[inline(always)]
+    pub fn hadamard(self, other: Self) -> Self {
+        v3(self.x * other.x, self.y * other.y, self.z * other.z)
+    }
+    /// `self·(1−t) + other·t`.
+    #[inline(always)]
+    pub fn lerp(self, other: Self, t: L) -> Self {
+        self + (other - self) * t
+    }
+}
+
+/// `matrix · (v, 1)`, columns summed left to right.
+#[inline(always)]
+pub fn transform_point<L: Lanes>(matrix: &glam::Mat4, v: V3<L>) -> V4<L> {
+    let c = matrix.to_cols_array();
+    let row = |r: usize| v.x * c[r] + v.y * c[4 + r] + v.z * c[8 + r] + c[12 + r];
+    v4(row(0), row(1), row(2), row(3))
+}
+
+/// The upper 3x3 of `matrix` applied to `v`: for directions.
+#[inline(always)]
+pub fn transform_vector<L: Lanes>(matrix: &glam::Mat4, v: V3<L>) -> V3<L> {
+    let c = matrix.to_cols_array();
+    let row = |r: usize| v.x * c[r] + v.y * c[4 + r] + v.z * c[8 + r];
+    v3(row(0), row(1), row(2))
+}
