@@ -1,4 +1,5 @@
 //! Numbers: spaces, fixed point, SIMD lanes, deterministic elementary functions, random numbers, optics.
 
 pub mod lanes;
+pub mod noise;
 pub mod vector;
