@@ -1,5 +1,7 @@
 //! Numbers: spaces, fixed point, SIMD lanes, deterministic elementary functions, random numbers, optics.
 
+pub mod float;
 pub mod lanes;
+pub mod level;
 pub mod noise;
 pub mod vector;
