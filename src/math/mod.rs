@@ -4,4 +4,7 @@ pub mod float;
 pub mod lanes;
 pub mod level;
 pub mod noise;
+pub mod optics;
+pub mod rng;
+pub mod space;
 pub mod vector;
