@@ -12,5 +12,6 @@
 //! - L5 [`caustics`]
 //! - L7 [`cli`]
 
+pub mod frame;
 pub mod math;
 pub mod pipeline;
