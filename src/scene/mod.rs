@@ -1,0 +1,44 @@
+//! Scene descriptions: what there is to see, as plain data read from RON files.
+//!
+//! A [`Scene`] holds camera, lights, environment, water, medium, objects, tone and the settings of the techniques; [`load`] reads and
+//! validates one, [`Scene::set`] changes one value by its command-line key. Every field is documented with its unit and default; unknown
+//! fields are errors; an error names file, line, column, the value seen and the values allowed. Lengths are in metres, times in seconds, y
+//! is up, colours are linear RGB.
+//!
+//! Nothing here draws: frames are built from scenes by the techniques.
+
+mod angle;
+mod bridge;
+mod camera;
+mod check;
+mod description;
+mod environment;
+mod keys;
+mod light;
+mod load;
+mod material;
+mod medium;
+mod names;
+mod object;
+mod pattern;
+mod settings;
+mod shape;
+pub mod text;
+mod tone;
+pub mod water;
+
+pub use angle::{atan2_deg, sin_cos_deg};
+pub use camera::Camera;
+pub use check::Invalid;
+pub use description::{Image, MAX_IMAGE_PX, MAX_OBJECTS, MAX_TIME_S, Scene, Source};
+pub use environment::{Environment, SunDisc};
+pub use keys::{Refusal, SETTINGS, Setting, SettingError};
+pub use light::{Aim, Incident, Light, MAX_LIGHTS, spot_falloff};
+pub use load::{MAX_FILE_BYTES, SceneError, load, parse, parse_bytes};
+pub use material::{Albedo, MAX_TILE_COLOURS, Material};
+pub use medium::Medium;
+pub use names::nearest;
+pub use object::{Object, Transform};
+pub use settings::{CausticVolumes, EyeRefraction, Faces, MAX_GRID, Radiometry, TechniqueSettings};
+pub use shape::Shape;
+pub use tone::Tone;
