@@ -1,7 +1,5 @@
 //! A whole scene, as plain data.
 
-use std::path::PathBuf;
-
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -12,7 +10,7 @@ use super::light::{Light, MAX_LIGHTS};
 use super::medium::Medium;
 use super::object::Object;
 use super::settings::TechniqueSettings;
-use super::text::Position;
+use super::source::Source;
 use super::tone::Tone;
 use super::water::Water;
 
@@ -94,17 +92,6 @@ impl Image {
         at.field("width").count(self.width, 1..=MAX_IMAGE_PX)?;
         at.field("height").count(self.height, 1..=MAX_IMAGE_PX)
     }
-}
-
-/// Where a scene came from, so that errors found later still name a place in its file.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Source {
-    /// The file's name, as errors print it.
-    pub file: String,
-    /// The folder that mesh files are looked up in.
-    pub base_dir: PathBuf,
-    /// The place of each object's shape, in the order of [`Scene::objects`].
-    pub shapes: Vec<Position>,
 }
 
 impl Scene {

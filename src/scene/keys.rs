@@ -121,9 +121,16 @@ impl Scene {
 /// The setting called `key`; `-` and `_` are the same.
 fn find(key: &str) -> Result<&'static Setting, SettingError> {
     let wanted = key.replace('-', "_");
+    let keys = || SETTINGS.iter().map(|setting| setting.key);
+    // A key without its group, `radiometry` or `exposure_ev`, is the likeliest slip after one of the fingers.
+    let by_last_part = || {
+        let last_part = |key: &'static str| key.rsplit('.').next().unwrap_or(key);
+        let meant = nearest(wanted.rsplit('.').next().unwrap_or(&wanted), keys().map(last_part))?;
+        keys().find(|key| last_part(key) == meant)
+    };
     SETTINGS.iter().find(|setting| setting.key == wanted).ok_or_else(|| SettingError::UnknownKey {
         key: key.to_owned(),
-        nearest: nearest(&wanted, SETTINGS.iter().map(|setting| setting.key)),
+        nearest: nearest(&wanted, keys()).or_else(by_last_part),
         count: SETTINGS.len(),
     })
 }

@@ -8,14 +8,15 @@
 //! larger than their text. Nothing is allocated by a number that the file merely states. Mesh files are not opened here.
 
 use std::io::Read;
-use std::path::{Path as FilePath, PathBuf};
+use std::path::Path as FilePath;
 
+use ron::extensions::Extensions;
 use serde::Deserialize;
 use serde_path_to_error::{Segment, Track};
 
-use super::check::Invalid;
-use super::description::{Scene, Source};
+use super::description::Scene;
 use super::names::nearest;
+use super::source::Source;
 use super::text::{self, Path, Position, Step};
 
 /// Largest scene file that is read, bytes.
@@ -142,14 +143,16 @@ pub fn parse(text: &str, file: &str, base_dir: &FilePath) -> Result<Scene, Scene
     let syntax = |offset, found, expected| SceneError::Syntax { file: file.to_owned(), at: Position::of(text, offset), found, expected };
     text::check(text).map_err(|error| syntax(error.offset, error.found, error.expected))?;
     let mut scene = deserialize(text, file)?;
-    scene.validate().map_err(|invalid| place(invalid, text, file))?;
-    scene.source = Source { file: file.to_owned(), base_dir: PathBuf::from(base_dir), shapes: shape_positions(text, scene.objects.len()) };
+    scene.source = Source::new(file, base_dir, text);
+    scene.validate().map_err(|invalid| scene.source.value_error(invalid))?;
     Ok(scene)
 }
 
 /// Turns names and types into fields; ranges are still unchecked.
 fn deserialize(text: &str, file: &str) -> Result<Scene, SceneError> {
-    let options = ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
+    // `water: (...)` for `water: Some((...))`, and `Torus(radius_m: 1)` for `Torus((radius_m: 1))`.
+    let extensions = Extensions::IMPLICIT_SOME | Extensions::UNWRAP_VARIANT_NEWTYPES;
+    let options = ron::Options::default().with_default_extension(extensions);
     let unplaced = |error: ron::error::SpannedError| SceneError::Syntax {
         file: file.to_owned(),
         at: Position { line: error.span.end.line, column: error.span.end.col },
@@ -228,19 +231,4 @@ fn expected_by(error: &ron::Error) -> String {
             message.strip_prefix("Expected ").or(message.strip_prefix("expected ")).unwrap_or(&message).to_owned()
         }
     }
-}
-
-/// Looks up the place of an invalid value: the value itself where it is written, else the innermost value around it.
-fn place(invalid: Invalid, text: &str, file: &str) -> SceneError {
-    let Invalid { path, found, expected } = invalid;
-    let offset = text::find(text, &path).map_or(0, |place| place.value.start);
-    SceneError::Value { file: file.to_owned(), at: Position::of(text, offset), path, found, expected }
-}
-
-/// The places of all objects' shapes.
-fn shape_positions(text: &str, count: usize) -> Vec<Position> {
-    let path = Path(vec![Step::Name("objects".to_owned()), Step::Each, Step::Name("shape".to_owned())]);
-    let offsets: Vec<usize> = text::find_all(text, &path).iter().map(|found| found.value.start).collect();
-    debug_assert_eq!(offsets.len(), count, "every object has a shape");
-    Position::of_sorted(text, &offsets)
 }

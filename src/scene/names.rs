@@ -65,8 +65,8 @@ mod tests {
     #[test]
     fn nearest_is_a_slip_or_nothing() {
         let names = ["near_m", "far_m", "fov_deg", "position"];
-        assert_eq!(nearest("fov_rad", names), Some("fov_deg"));
-        assert_eq!(nearest("FOV-deg", names), Some("fov_deg"));
+        assert_eq!(nearest("fov_dge", names), Some("fov_deg"));
+        assert_eq!(nearest("FOV-degg", names), Some("fov_deg"));
         assert_eq!(nearest("postion", names), Some("position"));
         assert_eq!(nearest("aperture", names), None);
         assert_eq!(nearest(&"x".repeat(1 << 20), names), None);

@@ -40,21 +40,6 @@ impl Position {
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
         Self { line: before.bytes().filter(|&b| b == b'\n').count() + 1, column: before[line_start..].chars().count() + 1 }
     }
-
-    /// The positions of byte offsets that rise and stand at characters, in one walk over `text`.
-    #[must_use]
-    pub fn of_sorted(text: &str, offsets: &[usize]) -> Vec<Self> {
-        let mut positions = Vec::with_capacity(offsets.len());
-        let (mut walked, mut line, mut column) = (0, 1, 1);
-        for &offset in offsets {
-            for c in text.get(walked..offset).unwrap_or_default().chars() {
-                (line, column) = if c == '\n' { (line + 1, 1) } else { (line, column + 1) };
-            }
-            walked = offset.max(walked);
-            positions.push(Self { line, column });
-        }
-        positions
-    }
 }
 
 impl fmt::Display for Position {
@@ -70,8 +55,6 @@ pub enum Step {
     Name(String),
     /// An element of a list or tuple, from 0.
     Index(usize),
-    /// Every element of a list: only for [`find_all`].
-    Each,
 }
 
 /// The way from the scene to one of its values, printed as `objects[3].shape.radius_m`.
@@ -88,7 +71,6 @@ impl fmt::Display for Path {
                 Step::Name(name) if index == 0 => f.write_str(name)?,
                 Step::Name(name) => write!(f, ".{name}")?,
                 Step::Index(element) => write!(f, "[{element}]")?,
-                Step::Each => f.write_str("[*]")?,
             }
         }
         Ok(())
@@ -132,7 +114,7 @@ pub fn find(text: &str, path: &Path) -> Option<Found> {
     walker.found.pop()
 }
 
-/// All values of `text` that `path` names in full, in their order; [`Step::Each`] stands for every element of a list.
+/// All values of `text` that `path` names in full, in their order: more than one where a field is given twice.
 #[must_use]
 pub fn find_all(text: &str, path: &Path) -> Vec<Found> {
     let mut walker = Walker::new(text, &path.0, true);
@@ -221,7 +203,7 @@ impl<'t, 'p> Walker<'t, 'p> {
         });
         let consumed = inner.map(|w| w.depth) != want.map(|w| w.depth);
         let start = self.at;
-        if word == "Some" || (consumed && self.is_newtype()?) {
+        if want.is_some() && (consumed || word == "Some") && self.is_newtype()? {
             // The only argument of `Some` or of a one-value variant is what the rest of the path is about.
             self.open()?;
             self.skip_blank()?;
@@ -305,7 +287,6 @@ impl<'t, 'p> Walker<'t, 'p> {
                 name.strip_prefix("r#").unwrap_or(name).trim_matches('"') == wanted
             }
             (Step::Index(wanted), None) => *wanted == index,
-            (Step::Each, None) => true,
             _ => false,
         };
         matches.then_some(Want { rest, depth: want.depth + 1 })

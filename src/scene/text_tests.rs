@@ -7,8 +7,7 @@ fn path(text: &str) -> Path {
         let (name, indices) = part.split_once('[').map_or((part, ""), |(name, rest)| (name, rest));
         steps.push(Step::Name(name.to_owned()));
         for index in indices.split('[').filter(|index| !index.is_empty()) {
-            let index = index.trim_end_matches(']');
-            steps.push(if index == "*" { Step::Each } else { Step::Index(index.parse().unwrap()) });
+            steps.push(Step::Index(index.trim_end_matches(']').parse().unwrap()));
         }
     }
     Path(steps)
@@ -28,7 +27,7 @@ Scene(
     raw: r#"x " ) y"#,
     list: [Point(a: 1), Spot(a: 2, r#b: 'x'), Some(Spot(a: 3))],
     aim: Along((7, 8, 9)),
-    maybe: Some((1, 2)),
+    maybe: Some((1, 2)), flat: Some(1, 2), rgb: Solid(3, 4, 5),
     map: {"k": [4, 5], "l": 6},
     paren: ')', quote: '\'', bytes: b"\")", byte: b'(',
 )
@@ -50,6 +49,8 @@ fn find_follows_fields_indices_variants_and_options() {
     assert_eq!(value(TEXT, "aim.Along"), ("(7, 8, 9)", 2));
     assert_eq!(value(TEXT, "aim"), ("Along((7, 8, 9))", 1));
     assert_eq!(value(TEXT, "maybe[1]"), ("2", 2));
+    assert_eq!(value(TEXT, "flat[1]"), ("2", 2));
+    assert_eq!(value(TEXT, "rgb.Solid[1]"), ("4", 3));
     assert_eq!(value(TEXT, "map.k[1]"), ("5", 3));
     assert_eq!(value(TEXT, "paren"), ("')'", 1));
     assert_eq!(value(TEXT, "quote"), (r"'\''", 1));
@@ -73,9 +74,7 @@ fn find_gives_the_name_of_a_field() {
 }
 
 #[test]
-fn find_all_visits_every_element_and_every_duplicate() {
-    let all = |steps: &str| find_all(TEXT, &path(steps)).into_iter().map(|f| &TEXT[f.value]).collect::<Vec<_>>();
-    assert_eq!(all("list[*].a"), ["1", "2", "3"]);
+fn find_all_gives_every_duplicate() {
     let twice = "(a: 1, b: 2, a: (a: 3))";
     let found = find_all(twice, &path("a"));
     assert_eq!(found.iter().map(|f| &twice[f.value.clone()]).collect::<Vec<_>>(), ["1", "(a: 3)"]);
@@ -93,8 +92,6 @@ fn position_counts_lines_and_characters_from_one() {
     assert_eq!(at(9), Position { line: 2, column: 2 });
     assert_eq!(at(11), Position { line: 3, column: 1 });
     assert_eq!(at(99), at(11));
-    let offsets = [0, 1, 3, 5, 9, 11];
-    assert_eq!(Position::of_sorted(text, &offsets), offsets.map(at));
 }
 
 #[test]
@@ -115,7 +112,7 @@ fn check_names_the_place_of_each_kind_of_slip() {
         ("#![enable(", 0, "an attribute that is never closed", "`]` before the end of the file"),
         ("{1 2}", 3, "`2`", "`:`"),
         ("(a: ;)", 4, "`;`", "a value"),
-        ("(a: Some(1 2))", 11, "`2`", "`)`"),
+        ("(a: Some(1 2))", 11, "`2`", "`,` or `)`"),
         ("\u{feff}()", 0, "`\\u{feff}`", "a value"),
     ] {
         let error = check(text).unwrap_err();
