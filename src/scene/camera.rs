@@ -3,10 +3,11 @@
 //! View space is right-handed: x right, y up, the eye looks along −z. Clip space is WebGPU's: x right, y up, depth 0 at `near_m` and 1 at
 //! `far_m`. The eye may stand above the water or under it.
 
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::angle::sin_cos_deg;
+use crate::math::space;
+
 use super::check::{At, Invalid, MAX_LENGTH_M};
 
 /// A pinhole or parallel camera.
@@ -107,46 +108,25 @@ impl Camera {
         }
     }
 
-    /// Rigid transform from world space to view space.
+    /// Rigid transform from world space to view space; the identity for a camera that [`Scene::validate`](super::Scene::validate) refuses.
     #[must_use]
     pub fn view_from_world(&self) -> Mat4 {
-        let back = -self.forward_ws();
-        let right = self.up_ws().cross(back).normalize();
-        let up = back.cross(right);
-        let eye = self.position_ws();
-        Mat4::from_cols(
-            Vec4::new(right.x, up.x, back.x, 0.0),
-            Vec4::new(right.y, up.y, back.y, 0.0),
-            Vec4::new(right.z, up.z, back.z, 0.0),
-            Vec4::new(-right.dot(eye), -up.dot(eye), -back.dot(eye), 1.0),
-        )
+        space::look_at(self.position_ws(), self.target_ws(), self.up_ws()).unwrap_or_default()
     }
 
-    /// Projection from view space to clip space for a picture of `aspect` = width / height.
-    ///
-    /// Perspective: w = −z, depth = f (z + n) / (z (f − n)) with the planes n and f; orthographic: w = 1, depth = −(z + n) / (f − n).
+    /// Projection from view space to clip space for a picture of `aspect` = width / height; see [`space::perspective`] and
+    /// [`space::orthographic`]. The identity for a camera that [`Scene::validate`](super::Scene::validate) refuses.
     #[must_use]
     pub fn clip_from_view(&self, aspect: f32) -> Mat4 {
         let (near_m, far_m) = self.depth_range_m();
-        let depth = 1.0 / (near_m - far_m);
-        match *self {
-            Self::Perspective { fov_deg, .. } => {
-                let (sin, cos) = sin_cos_deg(0.5 * fov_deg);
-                let focal = cos / sin;
-                Mat4::from_cols(
-                    Vec4::new(focal / aspect, 0.0, 0.0, 0.0),
-                    Vec4::new(0.0, focal, 0.0, 0.0),
-                    Vec4::new(0.0, 0.0, far_m * depth, -1.0),
-                    Vec4::new(0.0, 0.0, near_m * far_m * depth, 0.0),
-                )
+        let projection = match *self {
+            Self::Perspective { fov_deg, .. } => space::perspective(fov_deg.to_radians(), aspect, near_m, far_m),
+            Self::Orthographic { height_m, .. } => {
+                let corner = Vec3::new(0.5 * height_m * aspect, 0.5 * height_m, -near_m);
+                space::orthographic(Vec3::new(-corner.x, -corner.y, -far_m), corner)
             }
-            Self::Orthographic { height_m, .. } => Mat4::from_cols(
-                Vec4::new(2.0 / (height_m * aspect), 0.0, 0.0, 0.0),
-                Vec4::new(0.0, 2.0 / height_m, 0.0, 0.0),
-                Vec4::new(0.0, 0.0, depth, 0.0),
-                Vec4::new(0.0, 0.0, near_m * depth, 1.0),
-            ),
-        }
+        };
+        projection.unwrap_or_default()
     }
 
     /// The whole projection, `clip_from_view * view_from_world`.

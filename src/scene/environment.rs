@@ -3,7 +3,8 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::angle::sin_cos_deg;
+use crate::math::space::sin_cos_deg;
+
 use super::check::{At, Invalid};
 
 /// Radiance of the surroundings as a function of direction, and the ambient irradiance on receivers.
@@ -79,7 +80,7 @@ impl Environment {
     pub fn disc_radiance(&self, direction_ws: Vec3, light_ws: Vec3) -> Vec3 {
         match self.sun_disc {
             // Half the chord, not the cosine: 1 − cos of a quarter degree has lost half of its bits in f32.
-            Some(disc) if (direction_ws + light_ws).length() <= 2.0 * sin_cos_deg(0.5 * disc.angular_radius_deg).0 => disc.radiance,
+            Some(disc) if (direction_ws + light_ws).length() <= 2.0 * sin_cos_deg(0.5 * disc.angular_radius_deg).0 as f32 => disc.radiance,
             _ => Vec3::ZERO,
         }
     }
@@ -121,7 +122,7 @@ mod tests {
         let env = Environment { sun_disc: Some(SunDisc::default()), ..Environment::default() };
         let toward = |deg: f32| {
             let (sin, cos) = sin_cos_deg(deg);
-            env.disc_radiance(Vec3::new(sin, cos, 0.0), Vec3::NEG_Y)
+            env.disc_radiance(Vec3::new(sin as f32, cos as f32, 0.0), Vec3::NEG_Y)
         };
         assert_eq!(toward(0.26), SunDisc::default().radiance);
         assert_eq!(toward(0.27), Vec3::ZERO);

@@ -332,7 +332,7 @@ pub const SETTINGS: &[Setting] = &[
         |scene| scene.camera, Camera::Perspective { far_m, .. } | Camera::Orthographic { far_m, .. } => *far_m),
     Setting {
         key: "sun.azimuth_deg",
-        doc: "Compass direction of the first directional light: 0 stands at -z, 90 at +x.",
+        doc: "Compass direction of the first directional light: 0 stands at +x, 90 at +z.",
         unit: "degrees",
         default: "-",
         allowed: "a number from -360 to 360",

@@ -3,7 +3,8 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::angle::{atan2_deg, sin_cos_deg};
+use crate::math::space::{direction_deg, sin_cos_deg};
+
 use super::check::{At, Invalid};
 
 /// Most lights in one scene.
@@ -60,7 +61,7 @@ pub enum Aim {
     Along(Vec3),
     /// Where the light comes from, as one says it of the sun.
     Sun {
-        /// Compass direction of the sun, degrees: 0 stands at −z, 90 at +x, 180 at +z. Default: 0
+        /// Compass direction of the sun, degrees, from −360 to 360: 0 stands at +x, 90 at +z, 180 at −x. Default: 0
         #[serde(default)]
         azimuth_deg: f32,
         /// Height of the sun over the horizon, degrees, from −90 to 90; the angle of incidence on flat water is 90 − this.
@@ -74,11 +75,7 @@ impl Aim {
     pub fn direction_ws(&self) -> Vec3 {
         match *self {
             Self::Along(direction) => direction.normalize(),
-            Self::Sun { azimuth_deg, elevation_deg } => {
-                let (sin_a, cos_a) = sin_cos_deg(azimuth_deg);
-                let (sin_e, cos_e) = sin_cos_deg(elevation_deg);
-                Vec3::new(-cos_e * sin_a, -sin_e, cos_e * cos_a)
-            }
+            Self::Sun { azimuth_deg, elevation_deg } => -direction_deg(azimuth_deg, elevation_deg),
         }
     }
 
@@ -88,10 +85,10 @@ impl Aim {
         match *self {
             Self::Sun { azimuth_deg, elevation_deg } => (azimuth_deg, elevation_deg),
             Self::Along(_) => {
-                let to_light = -self.direction_ws();
+                let to_light = (-self.direction_ws()).as_dvec3();
                 let horizontal = (to_light.x * to_light.x + to_light.z * to_light.z).sqrt();
-                let azimuth = if horizontal == 0.0 { 0.0 } else { atan2_deg(to_light.x, -to_light.z) };
-                (azimuth, atan2_deg(to_light.y, horizontal))
+                let azimuth = if horizontal == 0.0 { 0.0 } else { libm::atan2(to_light.z, to_light.x) };
+                (azimuth.to_degrees() as f32, libm::atan2(to_light.y, horizontal).to_degrees() as f32)
             }
         }
     }
@@ -173,8 +170,8 @@ fn from_point(light_ws: Vec3, intensity: Vec3, position_ws: Vec3) -> Incident {
 /// them the smoothstep `t² (3 − 2t)` of `t = (cos − cos_outer) / (cos_inner − cos_outer)`; a step where both cones are the same.
 #[must_use]
 pub fn spot_falloff(cos: f32, inner_deg: f32, outer_deg: f32) -> f32 {
-    let cos_inner = sin_cos_deg(inner_deg).1;
-    let cos_outer = sin_cos_deg(outer_deg).1;
+    let cos_inner = sin_cos_deg(inner_deg).1 as f32;
+    let cos_outer = sin_cos_deg(outer_deg).1 as f32;
     if cos >= cos_inner {
         1.0
     } else if cos <= cos_outer {
@@ -189,12 +186,16 @@ pub fn spot_falloff(cos: f32, inner_deg: f32, outer_deg: f32) -> f32 {
 mod tests {
     use super::*;
 
+    fn cos_deg(angle: f32) -> f32 {
+        sin_cos_deg(angle).1 as f32
+    }
+
     #[test]
     fn sun_directions_are_exact_where_the_angles_are() {
         let aim = |azimuth_deg, elevation_deg| Aim::Sun { azimuth_deg, elevation_deg }.direction_ws();
         assert_eq!(aim(0.0, 90.0), Vec3::NEG_Y);
-        assert_eq!(aim(0.0, 0.0), Vec3::Z, "a sun in the north sends its light south");
-        assert_eq!(aim(90.0, 0.0), Vec3::NEG_X, "a sun in the east sends its light west");
+        assert_eq!(aim(0.0, 0.0), Vec3::NEG_X, "a sun at +x sends its light along -x");
+        assert_eq!(aim(90.0, 0.0), Vec3::NEG_Z, "a sun at +z sends its light along -z");
         assert_eq!(aim(180.0, 30.0).y, -0.5);
     }
 
@@ -219,9 +220,9 @@ mod tests {
     #[test]
     fn spot_light_is_full_inside_and_dark_outside() {
         assert_eq!(spot_falloff(1.0, 10.0, 20.0), 1.0);
-        assert_eq!(spot_falloff(sin_cos_deg(20.1).1, 10.0, 20.0), 0.0);
-        let middle = 0.5 * (sin_cos_deg(10.0).1 + sin_cos_deg(20.0).1);
+        assert_eq!(spot_falloff(cos_deg(20.1), 10.0, 20.0), 0.0);
+        let middle = 0.5 * (cos_deg(10.0) + cos_deg(20.0));
         assert!((spot_falloff(middle, 10.0, 20.0) - 0.5).abs() < 1e-6);
-        assert_eq!(spot_falloff(sin_cos_deg(15.0).1, 15.0, 15.0), 1.0);
+        assert_eq!(spot_falloff(cos_deg(15.0), 15.0, 15.0), 1.0);
     }
 }

@@ -7,7 +7,6 @@
 //!
 //! Nothing here draws: frames are built from scenes by the techniques.
 
-mod angle;
 mod bridge;
 mod camera;
 mod check;
@@ -28,7 +27,6 @@ pub mod text;
 mod tone;
 pub mod water;
 
-pub use angle::{atan2_deg, sin_cos_deg};
 pub use camera::Camera;
 pub use check::Invalid;
 pub use description::{Image, MAX_IMAGE_PX, MAX_OBJECTS, MAX_TIME_S, Scene};

@@ -1,9 +1,10 @@
 //! Things in the world: a shape, where it stands, and what it is made of.
 
-use glam::{Mat3, Mat4, Vec3};
+use glam::{Mat4, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::angle::sin_cos_deg;
+use crate::math::space;
+
 use super::check::{At, Invalid};
 use super::material::Material;
 use super::shape::Shape;
@@ -45,23 +46,10 @@ impl Default for Transform {
 }
 
 impl Transform {
-    /// The turn alone, `R_z R_y R_x`; exact for multiples of 90°.
-    #[must_use]
-    pub fn rotation(&self) -> Mat3 {
-        let (sx, cx) = sin_cos_deg(self.rotate_deg.x);
-        let (sy, cy) = sin_cos_deg(self.rotate_deg.y);
-        let (sz, cz) = sin_cos_deg(self.rotate_deg.z);
-        let about_x = Mat3::from_cols(Vec3::X, Vec3::new(0.0, cx, sx), Vec3::new(0.0, -sx, cx));
-        let about_y = Mat3::from_cols(Vec3::new(cy, 0.0, -sy), Vec3::Y, Vec3::new(sy, 0.0, cy));
-        let about_z = Mat3::from_cols(Vec3::new(cz, sz, 0.0), Vec3::new(-sz, cz, 0.0), Vec3::Z);
-        about_z * about_y * about_x
-    }
-
-    /// The whole transform, `T R S`.
+    /// The whole transform, `T R_z R_y R_x S`; exact for multiples of 90°.
     #[must_use]
     pub fn world_from_object(&self) -> Mat4 {
-        let linear = self.rotation() * Mat3::from_diagonal(self.scale);
-        Mat4::from_cols(linear.x_axis.extend(0.0), linear.y_axis.extend(0.0), linear.z_axis.extend(0.0), self.translate.extend(1.0))
+        space::transform(self.scale, space::rotation_euler_deg(self.rotate_deg), self.translate)
     }
 
     /// Whether the transform turns left hands into right ones, and with them the winding of triangles.
@@ -104,12 +92,14 @@ mod tests {
 
     #[test]
     fn rotations_are_exact_right_handed_and_in_the_stated_order() {
-        let turn = |x, y, z| Transform { rotate_deg: Vec3::new(x, y, z), ..Transform::default() }.rotation();
-        assert_eq!(turn(90.0, 0.0, 0.0) * Vec3::Y, Vec3::Z);
-        assert_eq!(turn(0.0, 90.0, 0.0) * Vec3::Z, Vec3::X);
-        assert_eq!(turn(0.0, 0.0, 90.0) * Vec3::X, Vec3::Y);
+        let turn = |x, y, z, v| {
+            Transform { rotate_deg: Vec3::new(x, y, z), ..Transform::default() }.world_from_object().transform_vector3(v)
+        };
+        assert_eq!(turn(90.0, 0.0, 0.0, Vec3::Y), Vec3::Z);
+        assert_eq!(turn(0.0, 90.0, 0.0, Vec3::Z), Vec3::X);
+        assert_eq!(turn(0.0, 0.0, 90.0, Vec3::X), Vec3::Y);
         // First about x: y becomes z; then about y: z becomes x.
-        assert_eq!(turn(90.0, 90.0, 0.0) * Vec3::Y, Vec3::X);
+        assert_eq!(turn(90.0, 90.0, 0.0, Vec3::Y), Vec3::X);
     }
 
     #[test]
