@@ -12,5 +12,6 @@
 //! - L5 [`caustics`]
 //! - L7 [`cli`]
 
+pub mod geom;
 pub mod math;
 pub mod scene;
