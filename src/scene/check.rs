@@ -131,11 +131,6 @@ impl<'a> At<'a> {
         value.to_array().iter().enumerate().try_for_each(|(i, &c)| self.index(i).coordinate_m(c))
     }
 
-    /// Three lengths above 0.
-    pub fn extent(&self, value: Vec3) -> Result<(), Invalid> {
-        value.to_array().iter().enumerate().try_for_each(|(i, &c)| self.index(i).length_m(c))
-    }
-
     /// Two lengths above 0.
     pub fn extent2(&self, value: Vec2) -> Result<(), Invalid> {
         value.to_array().iter().enumerate().try_for_each(|(i, &c)| self.index(i).length_m(c))

@@ -17,6 +17,9 @@ use super::water::Water;
 /// Most objects in one scene.
 pub const MAX_OBJECTS: usize = 4096;
 
+/// Most triangles of all procedural shapes of one scene together: some 2 GiB of vertices and indices.
+pub const MAX_TRIANGLES: u64 = 1 << 25;
+
 /// Largest width and height of an image, pixels.
 pub const MAX_IMAGE_PX: u32 = 16384;
 
@@ -112,8 +115,16 @@ impl Scene {
         self.medium.validate(&at.field("medium"))?;
         let objects = at.field("objects");
         objects.list(self.objects.len(), 0..=MAX_OBJECTS)?;
+        let mut triangles = 0;
         for (index, object) in self.objects.iter().enumerate() {
             object.validate(&objects.index(index))?;
+            triangles += object.shape.triangle_bound();
+            let at = objects.index(index);
+            at.field("shape").require(
+                triangles <= MAX_TRIANGLES,
+                format!("a shape that brings the scene to {triangles} triangles"),
+                &format!("at most {MAX_TRIANGLES} triangles in all procedural shapes"),
+            )?;
         }
         self.tone.validate(&at.field("tone"))?;
         at.field("time_s").within(self.time_s, 0.0..=MAX_TIME_S, "s")?;

@@ -133,7 +133,7 @@ impl Light {
             Self::Directional { aim, irradiance } => {
                 let aim_at = at.field("aim");
                 match aim {
-                    Aim::Along(direction) => aim_at.field("Along").direction(direction)?,
+                    Aim::Along(direction) => aim_at.direction(direction)?,
                     Aim::Sun { azimuth_deg, elevation_deg } => {
                         aim_at.field("azimuth_deg").within(azimuth_deg, -360.0..=360.0, "degrees")?;
                         aim_at.field("elevation_deg").within(elevation_deg, -90.0..=90.0, "degrees")?;

@@ -167,17 +167,41 @@ fn deserialize(text: &str, file: &str) -> Result<Scene, SceneError> {
         Err(error) => error,
     };
 
-    let mut steps = Vec::new();
+    // Brackets and commas fit together, so `ron` stops before the end of a bracket only where it read a part of a value (the 6 of a 6.5
+    // that should be a whole number) or has read all that there may be.
+    if let ron::Error::ExpectedComma | ron::Error::ExpectedStructLikeEnd | ron::Error::ExpectedArrayEnd | ron::Error::ExpectedOptionEnd =
+        error
+    {
+        let stop = deserializer.span_error(error.clone()).span.end;
+        let offset = text::offset_of(text, Position { line: stop.line, column: stop.col });
+        if let Some((path, value)) = text::find_at(text, offset) {
+            let partly_read = offset > value.start;
+            return Err(SceneError::Value {
+                file: file.to_owned(),
+                at: Position::of(text, value.start),
+                path,
+                found: format!("`{}`", text::excerpt(text, value)),
+                expected: if partly_read { "a whole number" } else { "no more values" }.to_owned(),
+            });
+        }
+    }
+
+    let (mut steps, mut shown) = (Vec::new(), Vec::new());
     for segment in &track.path() {
-        steps.push(match segment {
+        let step = match segment {
             Segment::Seq { index } => Step::Index(*index),
             Segment::Map { key } => Step::Name(key.clone()),
             Segment::Enum { variant } => Step::Name(variant.clone()),
             Segment::Unknown => break,
-        });
+        };
+        // The names of variants lead to the place, but say nothing that the place does not.
+        if !matches!(segment, Segment::Enum { .. }) {
+            shown.push(step.clone());
+        }
+        steps.push(step);
     }
-    let path = Path(steps);
-    let Some(place) = text::find(text, &path) else {
+    let (mut full_path, mut path) = (Path(steps), Path(shown));
+    let Some(place) = text::find(text, &full_path) else {
         return Err(unplaced(deserializer.span_error(error)));
     };
     let file = file.to_owned();
@@ -199,7 +223,9 @@ fn deserialize(text: &str, file: &str) -> Result<Scene, SceneError> {
             expected: "it to be given".to_owned(),
         },
         ron::Error::DuplicateStructField { field, .. } => {
-            let second = text::find_all(text, &path).into_iter().nth(1).unwrap_or(place);
+            full_path.0.push(Step::Name(field.to_owned()));
+            path.0.push(Step::Name(field.to_owned()));
+            let second = text::find_all(text, &full_path).into_iter().nth(1).unwrap_or(place);
             let at = at(second.name.unwrap_or(second.value).start);
             SceneError::Value { file, at, path, found: format!("a second `{field}`"), expected: "each field once".to_owned() }
         }
@@ -216,14 +242,13 @@ fn expected_by(error: &ron::Error) -> String {
         }
         ron::Error::InvalidValueForType { expected, .. } | ron::Error::ExpectedDifferentLength { expected, .. } => expected.clone(),
         ron::Error::ExpectedFloat => "a number".to_owned(),
-        ron::Error::ExpectedInteger => "a whole number".to_owned(),
+        ron::Error::ExpectedInteger | ron::Error::InvalidIntegerDigit { base: 10, .. } => "a whole number".to_owned(),
         ron::Error::IntegerOutOfBounds => "a whole number from 0 to 4294967295".to_owned(),
         ron::Error::InvalidIntegerDigit { base, .. } => format!("a whole number in base {base}"),
         ron::Error::ExpectedBoolean => "true or false".to_owned(),
         ron::Error::ExpectedString => "a text in double quotes".to_owned(),
         ron::Error::ExpectedArray => "a list in [square brackets]".to_owned(),
         ron::Error::ExpectedStructLike | ron::Error::ExpectedNamedStructLike(_) => "values in (parentheses)".to_owned(),
-        ron::Error::ExpectedStructLikeEnd => "`)`: there are too many values".to_owned(),
         ron::Error::ExpectedIdentifier => "a name".to_owned(),
         ron::Error::ExpectedDifferentStructName { expected, .. } => format!("`{expected}` or no name before the parenthesis"),
         other => {

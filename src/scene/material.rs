@@ -167,7 +167,7 @@ impl Material {
 impl Albedo {
     fn validate(&self, at: &At<'_>) -> Result<(), Invalid> {
         match self {
-            Self::Solid(colour) => at.field("Solid").reflectance(*colour),
+            Self::Solid(colour) => at.reflectance(*colour),
             Self::Tiles { size_m, colours, grout, grout_width_m, variation, seed: _ } => {
                 at.field("size_m").extent2(*size_m)?;
                 let list = at.field("colours");

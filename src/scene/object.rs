@@ -92,9 +92,8 @@ mod tests {
 
     #[test]
     fn rotations_are_exact_right_handed_and_in_the_stated_order() {
-        let turn = |x, y, z, v| {
-            Transform { rotate_deg: Vec3::new(x, y, z), ..Transform::default() }.world_from_object().transform_vector3(v)
-        };
+        let turn =
+            |x, y, z, v| Transform { rotate_deg: Vec3::new(x, y, z), ..Transform::default() }.world_from_object().transform_vector3(v);
         assert_eq!(turn(90.0, 0.0, 0.0, Vec3::Y), Vec3::Z);
         assert_eq!(turn(0.0, 90.0, 0.0, Vec3::Z), Vec3::X);
         assert_eq!(turn(0.0, 0.0, 90.0, Vec3::X), Vec3::Y);

@@ -1,332 +1,196 @@
-//! The shapes of objects: procedural meshes and mesh files.
+//! The shapes of objects: the procedural ones of [`shapes`](crate::geom::shapes), and mesh files.
 
+use std::ops::RangeInclusive;
 use std::path::{Component, Path as FilePath, PathBuf};
 
-use glam::{Vec2, Vec3};
+use glam::UVec2;
 use serde::{Deserialize, Serialize};
+
+use crate::geom::Mesh;
+use crate::geom::shapes::{
+    Boulder, Capsule, Column, Cone, Cuboid, Cylinder, Figure, Grid, IcoSphere, Pool, Pot, ShapeError, Stairs, Terrain, Torus, TorusKnot,
+    UvSphere,
+};
 
 use super::check::{At, Invalid};
 
 /// Extensions of the mesh files that can be read, in lower case.
 pub const MESH_EXTENSIONS: [&str; 4] = ["ply", "obj", "gltf", "glb"];
 
-/// The surface of an object, in object space: y up, triangles counter-clockwise seen from outside.
+/// The surface of an object, in object space: metres, y up, triangles counter-clockwise seen from outside.
 ///
-/// Things that stand have their foot at y = 0; things that float have their centre at the origin.
+/// Shapes that stand have their foot at y = 0, others their centre at the origin. In a file: `Torus(radius_m: 0.5)`; every field of the
+/// procedural shapes has a default, so that `Torus()` is one, too.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Shape {
     /// A box around the origin.
-    Box {
-        /// Width, height and depth, m.
-        size_m: Vec3,
-    },
-    /// A horizontal rectangle around the origin, facing up.
-    Plane {
-        /// Width along x and depth along z, m.
-        size_m: Vec2,
-        /// Cells along x and z, each from 1 to 2048. Default: (1, 1)
-        #[serde(default = "one_cell")]
-        cells: (u32, u32),
-    },
-    /// A sphere around the origin.
-    Sphere {
-        /// Radius, m.
-        radius_m: f32,
-        /// Segments around the equator, from 3 to 4096. Default: 64
-        #[serde(default = "segments")]
-        segments: u32,
-    },
-    /// A closed upright cylinder that stands on the origin.
-    Cylinder {
-        /// Radius, m.
-        radius_m: f32,
-        /// Height, m.
-        height_m: f32,
-        /// Segments around the axis, from 3 to 4096. Default: 64
-        #[serde(default = "segments")]
-        segments: u32,
-    },
+    Cuboid(Cuboid),
+    /// A rectangle in the plane y = 0, facing up.
+    Grid(Grid),
+    /// A sphere cut along meridians and parallels, around the origin.
+    UvSphere(UvSphere),
+    /// A sphere of nearly equal triangles, around the origin.
+    IcoSphere(IcoSphere),
+    /// A cylinder that stands on y = 0.
+    Cylinder(Cylinder),
+    /// A cone or a frustum of one that stands on y = 0.
+    Cone(Cone),
+    /// A cylinder with hemispheres at its ends, around the origin.
+    Capsule(Capsule),
     /// A lying ring around the origin.
-    Torus {
-        /// Radius of the ring's centre line, m; not below `tube_radius_m`.
-        radius_m: f32,
-        /// Radius of the tube, m.
-        tube_radius_m: f32,
-        /// Segments along the ring, from 3 to 4096. Default: 96
-        #[serde(default = "ring_segments")]
-        segments: u32,
-        /// Segments around the tube, from 3 to 1024. Default: 32
-        #[serde(default = "tube_segments")]
-        tube_segments: u32,
-    },
-    /// A tube along a (p, q) torus knot around the origin.
-    TorusKnot {
-        /// Turns around the y axis, from 1 to 16. Default: 2
-        #[serde(default = "knot_p")]
-        p: u32,
-        /// Turns around the ring, from 1 to 16, without a common divisor with `p`. Default: 3
-        #[serde(default = "knot_q")]
-        q: u32,
-        /// Radius of the ring that the knot winds around, m.
-        radius_m: f32,
-        /// Radius of the tube, m.
-        tube_radius_m: f32,
-        /// Segments along the knot, from 3 to 4096. Default: 512
-        #[serde(default = "knot_segments")]
-        segments: u32,
-        /// Segments around the tube, from 3 to 1024. Default: 32
-        #[serde(default = "tube_segments")]
-        tube_segments: u32,
-    },
-    /// A pot turned on a wheel, standing on the origin, hollow, with a wall.
-    Pot {
-        /// Its outline.
-        profile: PotProfile,
-        /// Height, m.
-        height_m: f32,
-        /// Segments around the axis, from 3 to 4096. Default: 64
-        #[serde(default = "segments")]
-        segments: u32,
-    },
-    /// A fluted column with base and capital, standing on the origin.
-    Column {
-        /// Height with base and capital, m.
-        height_m: f32,
-        /// Radius of the shaft at its foot, m.
-        radius_m: f32,
-        /// Number of flutes, from 0 to 64. Default: 20
-        #[serde(default = "flutes")]
-        flutes: u32,
-    },
-    /// Straight steps that rise along −z, foot at the origin.
-    Steps {
-        /// Number of steps, from 1 to 256.
-        count: u32,
-        /// Width along x, m.
-        width_m: f32,
-        /// Height of one step, m.
-        rise_m: f32,
-        /// Depth of one step, m.
-        run_m: f32,
-    },
-    /// The inside of a rectangular basin: floor at y = −`depth_m`, walls up to `rim_m` above y = 0, and a flat rim around them.
-    Pool {
-        /// Inner width along x and length along z, m.
-        size_m: Vec2,
-        /// Depth of the floor below y = 0, m.
-        depth_m: f32,
-        /// Height of the rim above y = 0, m, from 0 to 100. Default: 0.15
-        #[serde(default = "rim_m")]
-        rim_m: f32,
-        /// Width of the rim, m. Default: 0.4
-        #[serde(default = "rim_width_m")]
-        rim_width_m: f32,
-    },
-    /// Rolling ground around the origin: a grid whose heights are fractal noise.
-    Terrain {
-        /// Width along x and depth along z, m.
-        size_m: Vec2,
-        /// Largest height above and depth below y = 0, m, from 0 to 1e4. Default: 0.1
-        #[serde(default = "terrain_height_m")]
-        height_m: f32,
-        /// Size of its largest features, m. Default: 1
-        #[serde(default = "terrain_feature_m")]
-        feature_m: f32,
-        /// Cells along x and z, each from 1 to 2048. Default: (128, 128)
-        #[serde(default = "terrain_cells")]
-        cells: (u32, u32),
-        /// Which of the random grounds. Default: 0
-        #[serde(default)]
-        seed: u32,
-    },
-    /// A smooth figure of merged spheres that stands on the origin.
-    Statue {
-        /// Height, m.
-        height_m: f32,
-        /// Cells of the surface along its height, from 8 to 256. Default: 96
-        #[serde(default = "statue_detail")]
-        detail: u32,
-    },
-    /// A rough stone around the origin.
-    Boulder {
-        /// Mean radius, m.
-        radius_m: f32,
-        /// Strength of its bumps relative to the radius, from 0 to 0.5. Default: 0.25
-        #[serde(default = "roughness")]
-        roughness: f32,
-        /// Times the icosahedron is subdivided, from 0 to 7. Default: 5
-        #[serde(default = "subdivisions")]
-        subdivisions: u32,
-        /// Which of the random stones. Default: 0
-        #[serde(default)]
-        seed: u32,
-    },
+    Torus(Torus),
+    /// A tube along a torus knot around the origin.
+    TorusKnot(TorusKnot),
+    /// A vessel that stands on y = 0.
+    Pot(Pot),
+    /// A fluted column with base and capital that stands on y = 0.
+    Column(Column),
+    /// A flight of steps that stands on y = 0.
+    Stairs(Stairs),
+    /// A pool: floor and walls seen from inside, and the deck around it at y = 0.
+    Pool(Pool),
+    /// Rippled sand around y = 0.
+    Terrain(Terrain),
+    /// A weathered stone around the origin.
+    Boulder(Boulder),
+    /// A sculpture that stands on y = 0.
+    Figure(Figure),
     /// A mesh file: PLY (ASCII or binary), OBJ, glTF or GLB; a path relative to the scene file, with `/` between its parts.
     Mesh(PathBuf),
 }
 
-/// Outlines of [`Shape::Pot`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum PotProfile {
-    /// Tall, with a narrow foot and neck.
-    Amphora,
-    /// Low and open.
-    Bowl,
-    /// Round, with a wide mouth.
-    Jar,
-    /// Slender, with a flared lip.
-    Vase,
-}
-
-fn one_cell() -> (u32, u32) {
-    (1, 1)
-}
-
-fn segments() -> u32 {
-    64
-}
-
-fn ring_segments() -> u32 {
-    96
-}
-
-fn tube_segments() -> u32 {
-    32
-}
-
-fn knot_p() -> u32 {
-    2
-}
-
-fn knot_q() -> u32 {
-    3
-}
-
-fn knot_segments() -> u32 {
-    512
-}
-
-fn flutes() -> u32 {
-    20
-}
-
-fn rim_m() -> f32 {
-    0.15
-}
-
-fn rim_width_m() -> f32 {
-    0.4
-}
-
-fn terrain_height_m() -> f32 {
-    0.1
-}
-
-fn terrain_feature_m() -> f32 {
-    1.0
-}
-
-fn terrain_cells() -> (u32, u32) {
-    (128, 128)
-}
-
-fn statue_detail() -> u32 {
-    96
-}
-
-fn roughness() -> f32 {
-    0.25
-}
-
-fn subdivisions() -> u32 {
-    5
-}
-
-/// Segments of one turn around a body of revolution.
-const SEGMENTS: std::ops::RangeInclusive<u32> = 3..=4096;
-
-/// Segments around a tube.
-const TUBE_SEGMENTS: std::ops::RangeInclusive<u32> = 3..=1024;
-
-/// Cells along one side of a grid.
-const CELLS: std::ops::RangeInclusive<u32> = 1..=2048;
-
 impl Shape {
+    /// The mesh of a procedural shape, in object space; `None` for a mesh file, which [`Scene::mesh`](super::Scene::mesh) reads.
+    #[must_use]
+    pub fn build(&self) -> Option<Result<Mesh, ShapeError>> {
+        Some(match self {
+            Self::Cuboid(shape) => shape.mesh(),
+            Self::Grid(shape) => shape.mesh(),
+            Self::UvSphere(shape) => shape.mesh(),
+            Self::IcoSphere(shape) => shape.mesh(),
+            Self::Cylinder(shape) => shape.mesh(),
+            Self::Cone(shape) => shape.mesh(),
+            Self::Capsule(shape) => shape.mesh(),
+            Self::Torus(shape) => shape.mesh(),
+            Self::TorusKnot(shape) => shape.mesh(),
+            Self::Pot(shape) => shape.mesh(),
+            Self::Column(shape) => shape.mesh(),
+            Self::Stairs(shape) => shape.mesh(),
+            Self::Pool(shape) => shape.mesh(),
+            Self::Terrain(shape) => shape.mesh(),
+            Self::Boulder(shape) => shape.mesh(),
+            Self::Figure(shape) => shape.mesh(),
+            Self::Mesh(_) => return None,
+        })
+    }
+
     pub(super) fn validate(&self, at: &At<'_>) -> Result<(), Invalid> {
-        let cells = |(x, z): (u32, u32)| {
-            let at = at.field("cells");
-            at.index(0).count(x, CELLS)?;
-            at.index(1).count(z, CELLS)
+        if let Self::Mesh(path) = self {
+            return validate_mesh_path(path, &at.field("Mesh"));
+        }
+        let coarsest = self.coarsest(at)?;
+        match coarsest.build() {
+            Some(Err(error)) => at.field(error.field).refuse(error.seen, error.allowed),
+            _ => Ok(()),
+        }
+    }
+
+    /// This shape at its coarsest, after checking the fields that say how fine it is.
+    ///
+    /// The ranges of all other fields are the geometry's business, and its own check is to build the mesh: at its coarsest that takes
+    /// microseconds and finds the same errors.
+    fn coarsest(&self, at: &At<'_>) -> Result<Self, Invalid> {
+        const AROUND: RangeInclusive<u32> = 3..=4096;
+        let cells_at = at.field("cells");
+        let cells = |cells: UVec2| {
+            cells_at.index(0).count(cells.x, 1..=4096)?;
+            cells_at.index(1).count(cells.y, 1..=4096)
         };
-        match self {
-            Self::Box { size_m } => at.field("size_m").extent(*size_m),
-            Self::Plane { size_m, cells: count } => {
-                at.field("size_m").extent2(*size_m)?;
-                cells(*count)
+        let count = |field, value, range| at.field(field).count(value, range);
+        Ok(match *self {
+            Self::Grid(shape) => {
+                cells(shape.cells)?;
+                Self::Grid(Grid { cells: UVec2::ONE, ..shape })
             }
-            Self::Sphere { radius_m, segments } => {
-                at.field("radius_m").length_m(*radius_m)?;
-                at.field("segments").count(*segments, SEGMENTS)
+            Self::UvSphere(shape) => {
+                count("slices", shape.slices, AROUND)?;
+                count("stacks", shape.stacks, 2..=2048)?;
+                Self::UvSphere(UvSphere { slices: 3, stacks: 2, ..shape })
             }
-            Self::Cylinder { radius_m, height_m, segments } => {
-                at.field("radius_m").length_m(*radius_m)?;
-                at.field("height_m").length_m(*height_m)?;
-                at.field("segments").count(*segments, SEGMENTS)
+            Self::IcoSphere(shape) => {
+                count("subdivisions", shape.subdivisions, 0..=9)?;
+                Self::IcoSphere(IcoSphere { subdivisions: 0, ..shape })
             }
-            Self::Torus { radius_m, tube_radius_m, segments, tube_segments } => {
-                at.field("radius_m").length_m(*radius_m)?;
-                at.field("tube_radius_m").above(*tube_radius_m, 0.0, *radius_m, "m (radius_m)")?;
-                at.field("segments").count(*segments, SEGMENTS)?;
-                at.field("tube_segments").count(*tube_segments, TUBE_SEGMENTS)
+            Self::Cylinder(shape) => {
+                count("slices", shape.slices, AROUND)?;
+                Self::Cylinder(Cylinder { slices: 3, ..shape })
             }
-            Self::TorusKnot { p, q, radius_m, tube_radius_m, segments, tube_segments } => {
-                at.field("p").count(*p, 1..=16)?;
-                at.field("q").count(*q, 1..=16)?;
-                let coprime = (2..=16).all(|divisor| p % divisor != 0 || q % divisor != 0);
-                at.field("q").require(coprime, q, &format!("a number without a common divisor with p = {p}"))?;
-                at.field("radius_m").length_m(*radius_m)?;
-                at.field("tube_radius_m").above(*tube_radius_m, 0.0, *radius_m, "m (radius_m)")?;
-                at.field("segments").count(*segments, SEGMENTS)?;
-                at.field("tube_segments").count(*tube_segments, TUBE_SEGMENTS)
+            Self::Cone(shape) => {
+                count("slices", shape.slices, AROUND)?;
+                Self::Cone(Cone { slices: 3, ..shape })
             }
-            Self::Pot { profile: _, height_m, segments } => {
-                at.field("height_m").length_m(*height_m)?;
-                at.field("segments").count(*segments, SEGMENTS)
+            Self::Capsule(shape) => {
+                count("slices", shape.slices, AROUND)?;
+                count("stacks", shape.stacks, 2..=1024)?;
+                Self::Capsule(Capsule { slices: 3, stacks: 2, ..shape })
             }
-            Self::Column { height_m, radius_m, flutes } => {
-                at.field("height_m").length_m(*height_m)?;
-                at.field("radius_m").length_m(*radius_m)?;
-                at.field("flutes").count(*flutes, 0..=64)
+            Self::Torus(shape) => {
+                count("slices", shape.slices, AROUND)?;
+                count("sides", shape.sides, AROUND)?;
+                Self::Torus(Torus { slices: 3, sides: 3, ..shape })
             }
-            Self::Steps { count, width_m, rise_m, run_m } => {
-                at.field("count").count(*count, 1..=256)?;
-                at.field("width_m").length_m(*width_m)?;
-                at.field("rise_m").length_m(*rise_m)?;
-                at.field("run_m").length_m(*run_m)
+            Self::TorusKnot(shape) => {
+                count("segments", shape.segments, 8..=16384)?;
+                count("sides", shape.sides, 3..=1024)?;
+                Self::TorusKnot(TorusKnot { segments: 8, sides: 3, ..shape })
             }
-            Self::Pool { size_m, depth_m, rim_m, rim_width_m } => {
-                at.field("size_m").extent2(*size_m)?;
-                at.field("depth_m").length_m(*depth_m)?;
-                at.field("rim_m").within(*rim_m, 0.0..=100.0, "m")?;
-                at.field("rim_width_m").length_m(*rim_width_m)
+            Self::Pot(shape) => {
+                count("slices", shape.slices, 8..=2048)?;
+                Self::Pot(Pot { slices: 8, ..shape })
             }
-            Self::Terrain { size_m, height_m, feature_m, cells: count, seed: _ } => {
-                at.field("size_m").extent2(*size_m)?;
-                at.field("height_m").within(*height_m, 0.0..=1.0e4, "m")?;
-                at.field("feature_m").length_m(*feature_m)?;
-                cells(*count)
+            Self::Stairs(shape) => {
+                count("steps", shape.steps, 1..=256)?;
+                Self::Stairs(Stairs { steps: 1, ..shape })
             }
-            Self::Statue { height_m, detail } => {
-                at.field("height_m").length_m(*height_m)?;
-                at.field("detail").count(*detail, 8..=256)
+            Self::Terrain(shape) => {
+                cells(shape.cells)?;
+                Self::Terrain(Terrain { cells: UVec2::ONE, ..shape })
             }
-            Self::Boulder { radius_m, roughness, subdivisions, seed: _ } => {
-                at.field("radius_m").length_m(*radius_m)?;
-                at.field("roughness").within(*roughness, 0.0..=0.5, "")?;
-                at.field("subdivisions").count(*subdivisions, 0..=7)
+            Self::Boulder(shape) => {
+                count("subdivisions", shape.subdivisions, 0..=8)?;
+                Self::Boulder(Boulder { subdivisions: 0, ..shape })
             }
-            Self::Mesh(path) => validate_mesh_path(path, &at.field("Mesh")),
+            Self::Figure(shape) => {
+                count("resolution", shape.resolution, 16..=256)?;
+                Self::Figure(Figure { resolution: 16, ..shape })
+            }
+            Self::Cuboid(_) | Self::Column(_) | Self::Pool(_) | Self::Mesh(_) => self.clone(),
+        })
+    }
+
+    /// An upper bound of the number of triangles of a valid procedural shape; 0 for a mesh file, which states its own.
+    #[must_use]
+    pub fn triangle_bound(&self) -> u64 {
+        let product = |a: u32, b: u32| u64::from(a) * u64::from(b);
+        match *self {
+            Self::Cuboid(_) => 12,
+            Self::Grid(Grid { cells, .. }) | Self::Terrain(Terrain { cells, .. }) => 2 * product(cells.x, cells.y),
+            Self::UvSphere(UvSphere { slices, stacks, .. }) => 2 * product(slices, stacks),
+            Self::IcoSphere(IcoSphere { subdivisions, .. }) | Self::Boulder(Boulder { subdivisions, .. }) => {
+                20 << (2 * subdivisions.min(16))
+            }
+            Self::Cylinder(Cylinder { slices, .. }) | Self::Cone(Cone { slices, .. }) => product(slices, 4),
+            Self::Capsule(Capsule { slices, stacks, .. }) => 4 * product(slices, stacks + 1),
+            Self::Torus(Torus { slices, sides, .. }) => 2 * product(slices, sides),
+            Self::TorusKnot(TorusKnot { segments, sides, .. }) => 2 * product(segments, sides),
+            Self::Pot(Pot { slices, .. }) => product(slices, 512) + 65536,
+            Self::Column(Column { flutes, .. }) => product(flutes, 4096) + 65536,
+            Self::Stairs(Stairs { steps, .. }) => product(steps, 256) + 256,
+            Self::Pool(_) => 1024,
+            // A surface through a lattice of r cells of height crosses some r² of them per side; figures are up to three heights wide.
+            Self::Figure(Figure { resolution, .. }) => 64 * product(resolution, resolution),
+            Self::Mesh(_) => 0,
         }
     }
 }
@@ -343,4 +207,74 @@ fn validate_mesh_path(path: &FilePath, at: &At<'_>) -> Result<(), Invalid> {
         &shown,
         &format!("a file whose name ends in one of: .{}", MESH_EXTENSIONS.join(", .")),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every procedural shape at its defaults.
+    fn all() -> Vec<Shape> {
+        vec![
+            Shape::Cuboid(Cuboid::default()),
+            Shape::Grid(Grid::default()),
+            Shape::UvSphere(UvSphere::default()),
+            Shape::IcoSphere(IcoSphere::default()),
+            Shape::Cylinder(Cylinder::default()),
+            Shape::Cone(Cone::default()),
+            Shape::Capsule(Capsule::default()),
+            Shape::Torus(Torus::default()),
+            Shape::TorusKnot(TorusKnot::default()),
+            Shape::Pot(Pot::default()),
+            Shape::Column(Column::default()),
+            Shape::Stairs(Stairs::default()),
+            Shape::Pool(Pool::default()),
+            Shape::Terrain(Terrain::default()),
+            Shape::Boulder(Boulder::default()),
+            Shape::Figure(Figure::default()),
+        ]
+    }
+
+    #[test]
+    fn every_shape_is_valid_by_default_and_within_its_triangle_bound() {
+        assert_eq!(all().len(), crate::geom::shapes::Shape::catalogue().len(), "a shape of the geometry is missing here");
+        for shape in all() {
+            assert_eq!(shape.validate(&At::ROOT), Ok(()), "{shape:?}");
+            let count = shape.build().unwrap().unwrap().triangle_count() as u64;
+            assert!(count > 0 && count <= shape.triangle_bound(), "{shape:?} has {count} of {}", shape.triangle_bound());
+        }
+    }
+
+    #[test]
+    fn every_shape_is_checked_without_building_it_in_full() {
+        for (text, field, found) in [
+            ("Cuboid(size_m: (1, NaN, 1))", "size_m", "NaN"),
+            ("Grid(cells: (4096, 4097))", "cells[1]", "4097"),
+            ("UvSphere(slices: 4096, stacks: 2048, radius_m: -1)", "radius_m", "-1"),
+            ("UvSphere(stacks: 1)", "stacks", "1"),
+            ("IcoSphere(subdivisions: 10)", "subdivisions", "10"),
+            ("Cylinder(slices: 4096, height_m: 0)", "height_m", "0"),
+            ("Cone(top_radius_m: -0.5)", "top_radius_m", "-0.5"),
+            ("Capsule(length_m: inf)", "length_m", "inf"),
+            ("Torus(slices: 4096, sides: 4096, tube_radius_m: 2)", "tube_radius_m", "2"),
+            ("TorusKnot(segments: 16384, sides: 1024, p: 2, q: 4)", "q", "4"),
+            ("Pot(slices: 2048, thickness: 1)", "thickness", "1"),
+            ("Column(flutes: 65)", "flutes", "65"),
+            ("Stairs(steps: 257)", "steps", "257"),
+            ("Pool(depth_m: 1e30)", "depth_m", "1000000000000000000000000000000"),
+            ("Terrain(cells: (4096, 4096), dune_length_m: 0)", "dune_length_m", "0"),
+            ("Boulder(subdivisions: 8, roughness: 0.6)", "roughness", "0.6"),
+            ("Figure(resolution: 256, height_m: -2)", "height_m", "-2"),
+            ("Mesh(\"a.stl\")", "Mesh", "\"a.stl\""),
+            ("Mesh(\"/a.ply\")", "Mesh", "\"/a.ply\""),
+            ("Mesh(\"C:a.ply\")", "Mesh", "\"C:a.ply\""),
+            ("Mesh(\"\")", "Mesh", "\"\""),
+        ] {
+            let options = ron::Options::default().with_default_extension(ron::extensions::Extensions::UNWRAP_VARIANT_NEWTYPES);
+            let shape: Shape = options.from_str(text).unwrap();
+            let invalid = shape.validate(&At::ROOT).unwrap_err();
+            assert_eq!((invalid.path.to_string().as_str(), invalid.found.as_str()), (field, found), "{text}: {invalid}");
+        }
+        assert_eq!(Shape::Mesh("../meshes/a.GLB".into()).validate(&At::ROOT), Ok(()));
+    }
 }

@@ -124,6 +124,27 @@ pub fn find_all(text: &str, path: &Path) -> Vec<Found> {
     walker.found
 }
 
+/// The innermost value around byte `offset` of `text`, and the path to it, without the names of variants.
+///
+/// `None` if the text is not well formed ([`check`]) or `offset` is outside of the outermost value.
+#[must_use]
+pub fn find_at(text: &str, offset: usize) -> Option<(Path, Range<usize>)> {
+    let mut walker = Walker::new(text, &[], false);
+    walker.target = Some(offset);
+    walker.document().ok()?;
+    walker.hit
+}
+
+/// The byte offset of `position` in `text`; the text's end for a place past it. The inverse of [`Position::of`].
+#[must_use]
+pub fn offset_of(text: &str, position: Position) -> usize {
+    let mut line_start = 0;
+    for _ in 1..position.line {
+        line_start = text[line_start..].find('\n').map_or(text.len(), |newline| line_start + newline + 1);
+    }
+    text[line_start..].char_indices().nth(position.column.saturating_sub(1)).map_or(text.len(), |(offset, _)| line_start + offset)
+}
+
 /// At most [`MAX_EXCERPT`] characters of the first line of `text[range]`, to be quoted in an error.
 #[must_use]
 pub fn excerpt(text: &str, range: Range<usize>) -> String {
@@ -150,11 +171,15 @@ struct Walker<'t, 'p> {
     path: &'p [Step],
     all: bool,
     found: Vec<Found>,
+    /// The offset that [`find_at`] looks for, the steps to the value being walked, and the innermost value around the offset.
+    target: Option<usize>,
+    trail: Vec<Step>,
+    hit: Option<(Path, Range<usize>)>,
 }
 
 impl<'t, 'p> Walker<'t, 'p> {
     fn new(text: &'t str, path: &'p [Step], all: bool) -> Self {
-        Self { text, at: 0, nesting: 0, path, all, found: Vec::new() }
+        Self { text, at: 0, nesting: 0, path, all, found: Vec::new(), target: None, trail: Vec::new(), hit: None }
     }
 
     fn document(&mut self) -> Result<(), SyntaxError> {
@@ -191,6 +216,9 @@ impl<'t, 'p> Walker<'t, 'p> {
         }
         if let Some(want) = want {
             self.record(want, name, start..self.at);
+        }
+        if self.hit.is_none() && self.target.is_some_and(|target| (start..self.at).contains(&target)) {
+            self.hit = Some((Path(self.trail.clone()), start..self.at));
         }
         Ok(())
     }
@@ -265,7 +293,12 @@ impl<'t, 'p> Walker<'t, 'p> {
             }
             let inner = want.and_then(|want| self.step_into(want, name.clone(), index));
             self.skip_blank()?;
+            if self.target.is_some() {
+                let step = name.clone().map_or(Step::Index(index), |name| Step::Name(self.plain_name(name).to_owned()));
+                self.trail.push(step);
+            }
             self.value(inner, name)?;
+            self.trail.pop();
             self.skip_blank()?;
             index += 1;
             match self.peek() {
@@ -282,14 +315,17 @@ impl<'t, 'p> Walker<'t, 'p> {
     fn step_into(&self, want: Want<'p>, name: Option<Range<usize>>, index: usize) -> Option<Want<'p>> {
         let (step, rest) = want.rest.split_first()?;
         let matches = match (step, name) {
-            (Step::Name(wanted), Some(name)) => {
-                let name = &self.text[name];
-                name.strip_prefix("r#").unwrap_or(name).trim_matches('"') == wanted
-            }
+            (Step::Name(wanted), Some(name)) => self.plain_name(name) == wanted,
             (Step::Index(wanted), None) => *wanted == index,
             _ => false,
         };
         matches.then_some(Want { rest, depth: want.depth + 1 })
+    }
+
+    /// A field's name or a map's key without what marks it as one.
+    fn plain_name(&self, name: Range<usize>) -> &'t str {
+        let name = &self.text[name];
+        name.strip_prefix("r#").unwrap_or(name).trim_matches('"')
     }
 
     /// Keeps a value that lies on the path. Inner values are recorded before outer ones.

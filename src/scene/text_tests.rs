@@ -26,8 +26,8 @@ Scene(
     camera: Perspective(position: (1.0, -2e3, +.5), near_m : 0.1,),
     raw: r#"x " ) y"#,
     list: [Point(a: 1), Spot(a: 2, r#b: 'x'), Some(Spot(a: 3))],
-    aim: Along((7, 8, 9)),
-    maybe: Some((1, 2)), flat: Some(1, 2), rgb: Solid(3, 4, 5),
+    aim: Along(7, 8, 9),
+    pair: Old((1, 2)), maybe: Some((1, 2)), flat: Some(1, 2), rgb: Solid(3, 4, 5),
     map: {"k": [4, 5], "l": 6},
     paren: ')', quote: '\'', bytes: b"\")", byte: b'(',
 )
@@ -46,8 +46,10 @@ fn find_follows_fields_indices_variants_and_options() {
     assert_eq!(value(TEXT, "list[1].b"), ("'x'", 3));
     assert_eq!(value(TEXT, "list[2].a"), ("3", 3));
     assert_eq!(value(TEXT, "aim.Along[2]"), ("9", 3));
-    assert_eq!(value(TEXT, "aim.Along"), ("(7, 8, 9)", 2));
-    assert_eq!(value(TEXT, "aim"), ("Along((7, 8, 9))", 1));
+    assert_eq!(value(TEXT, "aim.Along"), ("Along(7, 8, 9)", 2));
+    assert_eq!(value(TEXT, "aim"), ("Along(7, 8, 9)", 1));
+    assert_eq!(value(TEXT, "pair.Old[1]"), ("2", 3));
+    assert_eq!(value(TEXT, "pair.Old"), ("(1, 2)", 2));
     assert_eq!(value(TEXT, "maybe[1]"), ("2", 2));
     assert_eq!(value(TEXT, "flat[1]"), ("2", 2));
     assert_eq!(value(TEXT, "rgb.Solid[1]"), ("4", 3));
@@ -92,6 +94,25 @@ fn position_counts_lines_and_characters_from_one() {
     assert_eq!(at(9), Position { line: 2, column: 2 });
     assert_eq!(at(11), Position { line: 3, column: 1 });
     assert_eq!(at(99), at(11));
+}
+
+#[test]
+fn offset_of_inverts_position_of() {
+    for (offset, _) in TEXT.char_indices() {
+        assert_eq!(offset_of(TEXT, Position::of(TEXT, offset)), offset);
+    }
+    assert_eq!(offset_of("ab\n", Position { line: 9, column: 9 }), 3);
+}
+
+#[test]
+fn find_at_is_the_inverse_of_find() {
+    let at = |part: &str| find_at(TEXT, TEXT.find(part).unwrap()).map(|(path, range)| (path.to_string(), &TEXT[range]));
+    assert_eq!(at("-2e3"), Some(("camera.position[1]".to_owned(), "-2e3")));
+    assert_eq!(at("2e3"), Some(("camera.position[1]".to_owned(), "-2e3")));
+    assert_eq!(at("8, 9"), Some(("aim[1]".to_owned(), "8")));
+    assert_eq!(at("'x'"), Some(("list[1].b".to_owned(), "'x'")));
+    assert_eq!(at("near_m").unwrap().0, "camera");
+    assert_eq!(at("// A comment"), None);
 }
 
 #[test]
