@@ -12,4 +12,5 @@
 //! - L5 [`caustics`]
 //! - L7 [`cli`]
 
+pub mod image;
 pub mod math;
