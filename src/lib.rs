@@ -12,5 +12,7 @@
 //! - L5 [`caustics`]
 //! - L7 [`cli`]
 
+#[cfg(not(target_family = "wasm"))]
+pub mod cli;
 pub mod image;
 pub mod math;

@@ -73,7 +73,7 @@ pub enum LayerError {
         found: (u32, u32),
     },
     /// The size of an interleaved list is wrong.
-    #[error("layer `{name}`: {source}")]
+    #[error("layer `{name}` has the wrong size")]
     Size {
         /// Name of the layer.
         name: String,

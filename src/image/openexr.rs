@@ -165,7 +165,7 @@ pub fn decode(bytes: &[u8]) -> Result<LayerSet, ExrError> {
         .from_buffered(Cursor::new(bytes))?;
 
     // Group the channels of all parts by layer, in order of appearance.
-    let mut groups: Vec<(String, Vec<(String, Image<f32>)>)> = Vec::new();
+    let mut groups: Vec<(String, Vec<NamedPlane>)> = Vec::new();
     for part in picture.layer_data {
         let (width, height) = (part.size.width(), part.size.height());
         let part_name = part.attributes.layer_name.map(|name| name.to_string());
@@ -187,6 +187,9 @@ pub fn decode(bytes: &[u8]) -> Result<LayerSet, ExrError> {
     }
     Ok(layers)
 }
+
+/// A channel's own name, without the layer, and its numbers.
+type NamedPlane = (String, Image<f32>);
 
 /// Refuses headers whose pixels cannot be in a file of this length.
 fn check_plausible(meta: &MetaData, file_bytes: usize) -> Result<(), ExrError> {

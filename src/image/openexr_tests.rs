@@ -20,7 +20,7 @@ const AWKWARD: [u32; 12] = [
 fn plane(width: u32, height: u32, seed: u32) -> Image<f32> {
     Image::from_fn(width, height, |x, y| {
         let at = (y * width + x + seed) as usize;
-        if at % 3 == 0 { at as f32 * -0.37 } else { f32::from_bits(AWKWARD[at % AWKWARD.len()]) }
+        if at.is_multiple_of(3) { at as f32 * -0.37 } else { f32::from_bits(AWKWARD[at % AWKWARD.len()]) }
     })
     .unwrap()
 }
