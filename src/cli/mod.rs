@@ -59,6 +59,9 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Parsed, St
             let _ = answer.print();
             Ok(Parsed::Answered)
         }
+        Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            Err(format!("a command is missing\n\n{}", error.render().to_string().trim_end()))
+        }
         Err(error) => {
             let text = error.render().to_string();
             Err(text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned())
