@@ -1,0 +1,90 @@
+//! Values of flags: how one word of the command line becomes a number, a size or a setting.
+
+/// Largest image side, in pixels: the texture limit of common GPUs.
+pub const MAX_SIDE_PX: u32 = 16_384;
+
+/// Most threads that can be asked for.
+pub const MAX_THREADS: u16 = 1024;
+
+/// Width and height of the image, in pixels, each in `1..=MAX_SIDE_PX`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageSize {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+}
+
+/// One `--set KEY=VALUE`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// What to change: field names joined by dots.
+    pub key: String,
+    /// The new value, as a scene file would write it.
+    pub value: String,
+}
+
+/// `WxH`, such as `1280x720`.
+pub fn image_size(text: &str) -> Result<ImageSize, String> {
+    let side = |text: &str| text.parse().ok().filter(|side| (1..=MAX_SIDE_PX).contains(side));
+    match text.split_once('x').map(|(width, height)| (side(width), side(height))) {
+        Some((Some(width), Some(height))) => Ok(ImageSize { width, height }),
+        _ => Err(format!("expected WIDTHxHEIGHT in pixels, each 1 to {MAX_SIDE_PX}, such as 1280x720")),
+    }
+}
+
+/// `KEY=VALUE`; only the first `=` separates.
+pub fn setting(text: &str) -> Result<Setting, String> {
+    match text.split_once('=').map(|(key, value)| (key.trim(), value.trim())) {
+        Some((key, value)) if !key.is_empty() && !value.is_empty() => Ok(Setting { key: key.to_owned(), value: value.to_owned() }),
+        _ => Err("expected KEY=VALUE; `nephroid list settings` shows the keys".to_owned()),
+    }
+}
+
+/// A finite number of seconds.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if f64::is_finite(seconds) => Ok(seconds),
+        _ => Err("expected a finite number of seconds".to_owned()),
+    }
+}
+
+/// The name of a layer.
+pub fn layer_name(text: &str) -> Result<String, String> {
+    if text.is_empty() || !text.bytes().all(|byte| byte.is_ascii_graphic()) {
+        return Err("expected names of visible ASCII characters, separated by commas".to_owned());
+    }
+    Ok(text.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_two_numbers_in_range() {
+        assert_eq!(image_size("1280x720"), Ok(ImageSize { width: 1280, height: 720 }));
+        assert_eq!(image_size("1x16384"), Ok(ImageSize { width: 1, height: 16384 }));
+        for text in ["", "x", "1280", "1280x", "x720", "0x1", "1x0", "-1x1", "1x16385", "1X2", "1x2x3", "99999999999x1", "1.5x2"] {
+            assert!(image_size(text).is_err(), "{text:?} was accepted");
+        }
+    }
+
+    #[test]
+    fn settings_split_at_the_first_equals_sign() {
+        let setting_of = |key: &str, value: &str| Ok(Setting { key: key.to_owned(), value: value.to_owned() });
+        assert_eq!(setting("water.ior=1.4"), setting_of("water.ior", "1.4"));
+        assert_eq!(setting(" a = (b: \"c=d\") "), setting_of("a", "(b: \"c=d\")"));
+        for text in ["", "=", "a", "a=", "=b", " = "] {
+            assert!(setting(text).is_err(), "{text:?} was accepted");
+        }
+    }
+
+    #[test]
+    fn times_are_finite() {
+        assert_eq!(seconds("-2.5"), Ok(-2.5));
+        for text in ["", "nan", "inf", "-inf", "1s", "1e999"] {
+            assert!(seconds(text).is_err(), "{text:?} was accepted");
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! The command line: one verb per file, each in two steps.
+//!
+//! A verb's `LowArgs` are exactly what was typed, checked one flag at a time and free of side effects. `HiArgs` are what they mean
+//! together: defaults filled in, contradictions refused, files found. Only then does the verb run.
+//!
+//! This is the one layer that knows the terminal, the clock, signals and the current folder. Results go to stdout, as text or with
+//! `--json`; progress and errors go to stderr. Exit codes: 0 done, 2 error, 130 interrupted.
+//! Files are written whole or not at all, also when the program is interrupted.
+
+mod args;
+mod interrupt;
+mod list;
+mod output;
+mod progress;
+mod render;
+mod renderer;
+
+use std::ffi::OsString;
+use std::fmt::Write as _;
+use std::io;
+
+use clap::{Parser, Subcommand, error::ErrorKind};
+
+/// Exit code of every error, usage errors included.
+pub const EXIT_ERROR: u8 = 2;
+
+/// Renders real-time caustics on a deterministic software GPU.
+#[derive(Debug, Parser)]
+#[command(name = "nephroid", version, propagate_version = true, subcommand_required = true)]
+struct Line {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// What the user wants done: one verb with its arguments as typed.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to PNG and EXR
+    Render(Box<render::LowArgs>),
+    /// List the techniques, the scenes in a folder, or what --set can change
+    List(list::LowArgs),
+}
+
+/// A command line that is in order.
+#[derive(Debug)]
+pub enum Parsed {
+    /// Something to do.
+    Command(Command),
+    /// Help or the version was asked for and has been printed.
+    Answered,
+}
+
+/// Reads a command line, program name first. The error is a message for stderr.
+pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Parsed, String> {
+    match Line::try_parse_from(arguments) {
+        Ok(line) => Ok(Parsed::Command(line.command)),
+        Err(answer) if matches!(answer.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
+            // Whoever closed the pipe has read enough.
+            let _ = answer.print();
+            Ok(Parsed::Answered)
+        }
+        Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            Err(format!("a command is missing\n\n{}", error.render().to_string().trim_end()))
+        }
+        Err(error) => {
+            let text = error.render().to_string();
+            Err(text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_owned())
+        }
+    }
+}
+
+/// Does what the command says.
+pub fn run(command: Command) -> anyhow::Result<()> {
+    let result = match command {
+        Command::Render(low) => render::HiArgs::resolve(*low).and_then(|args| render::run(&args)),
+        Command::List(low) => list::run(&low),
+    };
+    match result {
+        // `nephroid list scenes | head -1` is not an error.
+        Err(error) if error.downcast_ref::<io::Error>().is_some_and(|io| io.kind() == io::ErrorKind::BrokenPipe) => Ok(()),
+        other => other,
+    }
+}
+
+/// An error and its causes in one line, each said once: an error that already quotes its cause is not followed by it.
+#[must_use]
+pub fn error_chain(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain() {
+        let cause = cause.to_string();
+        if text.is_empty() {
+            text = cause;
+        } else if !text.contains(&cause) {
+            // Writing to a string cannot fail.
+            let _ = write!(text, ": {cause}");
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn command_line_definition_is_consistent() {
+        use clap::CommandFactory as _;
+        Line::command().debug_assert();
+    }
+
+    #[test]
+    fn causes_are_told_once() {
+        let quoted = anyhow::anyhow!("disk full").context("cannot write a.png: disk full");
+        assert_eq!(error_chain(&quoted), "cannot write a.png: disk full");
+        let bare = anyhow::anyhow!("disk full").context("cannot write a.png");
+        assert_eq!(error_chain(&bare), "cannot write a.png: disk full");
+    }
+}

@@ -1,0 +1,371 @@
+//! `nephroid render`: a scene file to a picture and its layers.
+
+use std::ffi::OsStr;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context as _, bail, ensure};
+use clap::ValueEnum;
+use serde::Serialize;
+
+use crate::cli::args::{self, ImageSize, Setting};
+use crate::cli::progress::Progress;
+use crate::cli::renderer::{self, Rendering, Request};
+use crate::cli::{interrupt, output};
+use crate::image::{LayerSet, STANDARD_LAYERS, file, openexr, png};
+
+/// Folder of the files when no `-o` is given.
+const DEFAULT_FOLDER: &str = "out";
+
+/// The layer that a PNG shows.
+const PICTURE_LAYER: &str = "color";
+
+/// The arguments as typed.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = layers_help())]
+pub struct LowArgs {
+    /// The scene file (RON)
+    scene: PathBuf,
+
+    /// How caustics are computed; `nephroid list techniques` shows the names [default: the first of them]
+    #[arg(long, value_name = "NAME")]
+    technique: Option<String>,
+
+    /// The published equation to the letter, or its energy-conserving form [default: the scene's]
+    #[arg(long, value_name = "KIND")]
+    radiometry: Option<Radiometry>,
+
+    /// Change a value of the scene or a setting of the technique; may be repeated, the last one wins
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = args::setting)]
+    settings: Vec<Setting>,
+
+    /// Image size in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = args::image_size)]
+    size: Option<ImageSize>,
+
+    /// The moment shown, in seconds since the water was started [default: the scene's]
+    #[arg(long, value_name = "SECONDS", value_parser = args::seconds, allow_negative_numbers = true)]
+    time: Option<f64>,
+
+    /// Layers to render, separated by commas [default: all]
+    #[arg(long, value_name = "NAME,..", value_delimiter = ',', value_parser = args::layer_name)]
+    layers: Option<Vec<String>>,
+
+    /// Number of threads; the result does not depend on it [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(args::MAX_THREADS)))]
+    threads: Option<u16>,
+
+    /// Refuse to start a frame that needs more memory than this, in MiB
+    #[arg(long, value_name = "MIB", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..))]
+    memory_limit: u32,
+
+    /// File to write, .png for the picture or .exr for the layers; may be repeated [default: both, in out/]
+    #[arg(short, long = "output", value_name = "FILE")]
+    outputs: Vec<PathBuf>,
+
+    /// Print counters and the energy audit as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// How light is counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Radiometry {
+    /// The published equation, to the letter
+    Paper,
+    /// Conserved: no light is made or lost
+    Physical,
+}
+
+/// The table of layers, below the flags.
+fn layers_help() -> String {
+    let rows: Vec<_> = STANDARD_LAYERS.iter().map(|layer| ["", layer.name, layer.unit, layer.summary]).collect();
+    format!("Layers (intermediate attachments go by PASS/NAME):\n{}", output::columns(&rows))
+}
+
+/// What kind of file an output is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Png,
+    Exr,
+}
+
+/// One file to write.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Output {
+    path: PathBuf,
+    format: Format,
+}
+
+/// The arguments as meant: every default filled in, every contradiction refused.
+#[derive(Debug)]
+pub struct HiArgs {
+    request: Request,
+    outputs: Vec<Output>,
+    /// Whether the folder of the outputs is ours to make.
+    default_folder: bool,
+    thread_count: usize,
+    json: bool,
+}
+
+impl HiArgs {
+    /// Resolves the arguments. Reads nothing and writes nothing.
+    pub fn resolve(low: LowArgs) -> anyhow::Result<Self> {
+        let default_folder = low.outputs.is_empty();
+        let outputs = if default_folder { default_outputs(&low.scene)? } else { chosen_outputs(low.outputs)? };
+        if let Some(layers) = &low.layers {
+            if let Some((index, name)) = layers.iter().enumerate().find(|(index, name)| layers[..*index].contains(name)) {
+                bail!("--layers names `{name}` twice, again at place {}", index + 1);
+            }
+            if let Some(png) = outputs.iter().find(|output| output.format == Format::Png) {
+                ensure!(
+                    layers.iter().any(|name| name == PICTURE_LAYER),
+                    "{} shows the layer `{PICTURE_LAYER}`, which --layers leaves out; add it, or choose an .exr with -o",
+                    png.path.display()
+                );
+            }
+        }
+        if let Some(name) = &low.technique {
+            let known: Vec<_> = renderer::techniques().iter().map(|technique| technique.name).collect();
+            ensure!(known.contains(&name.as_str()), "there is no technique `{name}`; the techniques are: {}", known.join(", "));
+        }
+        Ok(Self {
+            request: Request {
+                scene: low.scene,
+                technique: low.technique,
+                radiometry: low.radiometry,
+                size: low.size,
+                time_s: low.time,
+                settings: low.settings,
+                layers: low.layers,
+                memory_limit_bytes: u64::from(low.memory_limit) << 20,
+            },
+            outputs,
+            default_folder,
+            // To rayon, 0 is one thread per core.
+            thread_count: low.threads.map_or(0, usize::from),
+            json: low.json,
+        })
+    }
+}
+
+/// `out/STEM.png` and `out/STEM.exr`.
+fn default_outputs(scene: &Path) -> anyhow::Result<Vec<Output>> {
+    let stem = scene.file_stem().with_context(|| format!("{} does not name a scene file", scene.display()))?;
+    let output = |extension: &str, format| {
+        let mut name = stem.to_owned();
+        name.push(extension);
+        Output { path: Path::new(DEFAULT_FOLDER).join(name), format }
+    };
+    Ok(vec![output(".png", Format::Png), output(".exr", Format::Exr)])
+}
+
+/// The files of `-o`: known extensions, none twice.
+fn chosen_outputs(paths: Vec<PathBuf>) -> anyhow::Result<Vec<Output>> {
+    let mut outputs: Vec<Output> = Vec::new();
+    for path in paths {
+        let extension = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
+        let format = match extension.as_deref() {
+            Some("png") => Format::Png,
+            Some("exr") => Format::Exr,
+            _ => bail!("cannot tell from its name what to write to {}; a file ends in .png or .exr", path.display()),
+        };
+        ensure!(outputs.iter().all(|output| output.path != path), "-o names {} twice", path.display());
+        outputs.push(Output { path, format });
+    }
+    Ok(outputs)
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    scene: String,
+    technique: &'a str,
+    files: Vec<String>,
+    layers: Vec<LayerReport<'a>>,
+    threads: usize,
+    seconds: f64,
+    energy_w: serde_json::Map<String, serde_json::Value>,
+    counters: serde_json::Map<String, serde_json::Value>,
+}
+
+/// One layer, in the report.
+#[derive(Serialize)]
+struct LayerReport<'a> {
+    name: &'a str,
+    width: u32,
+    height: u32,
+    channels: usize,
+}
+
+/// Renders, writes every file, and reports.
+pub fn run(args: &HiArgs) -> anyhow::Result<()> {
+    interrupt::install()?;
+    let start = Instant::now();
+    if args.default_folder {
+        fs::create_dir_all(DEFAULT_FOLDER).with_context(|| format!("cannot make the folder {DEFAULT_FOLDER}"))?;
+    }
+    // A render is long, a full disk or a wrong folder quickly found.
+    interrupt::uninterrupted(|| args.outputs.iter().try_for_each(|output| file::check_writable(&output.path)))?;
+
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.thread_count).build().context("cannot start the threads")?;
+    let progress = Progress::new(1 + args.outputs.len() as u64);
+    let rendering = pool.install(|| -> anyhow::Result<Rendering> {
+        progress.step(format!("rendering {}", args.request.scene.display()));
+        let rendering = renderer::render(&args.request)?;
+        progress.done();
+        for output in &args.outputs {
+            progress.step(format!("writing {}", output.path.display()));
+            let bytes = encode(&rendering, output)?;
+            interrupt::uninterrupted(|| file::write_atomically(&output.path, &bytes))?;
+            progress.done();
+        }
+        Ok(rendering)
+    })?;
+    drop(progress);
+
+    let seconds = start.elapsed().as_secs_f64();
+    if args.json {
+        output::json(&report(args, &rendering, pool.current_num_threads(), seconds))?;
+    } else {
+        output::text(&summary(args, &rendering, seconds))?;
+    }
+    Ok(())
+}
+
+/// The bytes of one file.
+fn encode(rendering: &Rendering, output: &Output) -> anyhow::Result<Vec<u8>> {
+    let cannot = || format!("cannot make {}", output.path.display());
+    match output.format {
+        Format::Png => {
+            let picture = rendering.layers.get(PICTURE_LAYER).with_context(|| format!("there is no layer `{PICTURE_LAYER}` to show"));
+            png::encode(picture.with_context(cannot)?, &rendering.tone).with_context(cannot)
+        }
+        Format::Exr => openexr::encode(&rendering.layers).with_context(cannot),
+    }
+}
+
+/// The result for programs.
+fn report<'a>(args: &HiArgs, rendering: &'a Rendering, threads: usize, seconds: f64) -> Report<'a> {
+    Report {
+        scene: args.request.scene.display().to_string(),
+        technique: &rendering.technique,
+        files: args.outputs.iter().map(|output| output.path.display().to_string()).collect(),
+        layers: layer_reports(&rendering.layers),
+        threads,
+        seconds,
+        energy_w: rendering.audit.iter().map(|(name, watts)| (name.clone(), (*watts).into())).collect(),
+        counters: rendering.counters.iter().map(|(name, count)| (name.clone(), (*count).into())).collect(),
+    }
+}
+
+/// Name and shape of every layer.
+fn layer_reports(layers: &LayerSet) -> Vec<LayerReport<'_>> {
+    layers
+        .iter()
+        .map(|layer| LayerReport { name: layer.name(), width: layer.width(), height: layer.height(), channels: layer.channel_count() })
+        .collect()
+}
+
+/// The result for people.
+fn summary(args: &HiArgs, rendering: &Rendering, seconds: f64) -> String {
+    let mut text = String::new();
+    let size = rendering.layers.iter().next().map_or_else(String::new, |layer| format!(", {}x{}", layer.width(), layer.height()));
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{}: {}{size}, {seconds:.2} s", args.request.scene.display(), rendering.technique);
+    for output in &args.outputs {
+        let _ = writeln!(text, "  {}", output.path.display());
+    }
+    let audit: Vec<_> = rendering.audit.iter().map(|(name, watts)| (name, format!("{watts:.6} W"))).collect();
+    text.push_str(&section("energy", &audit));
+    let counters: Vec<_> = rendering.counters.iter().map(|(name, count)| (name, count.to_string())).collect();
+    text.push_str(&section("counters", &counters));
+    text
+}
+
+/// A titled list of names and values, numbers flush right; nothing if there are none.
+fn section(title: &str, lines: &[(&String, String)]) -> String {
+    if lines.is_empty() {
+        return String::new();
+    }
+    let width = lines.iter().map(|(_, value)| value.len()).max().unwrap_or(0);
+    let padded: Vec<_> = lines.iter().map(|(name, value)| (name, format!("{value:>width$}"))).collect();
+    let rows: Vec<_> = padded.iter().map(|(name, value)| ["", name.as_str(), value.as_str()]).collect();
+    format!("{title}\n{}", output::columns(&rows))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser as _;
+
+    use super::*;
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        low: LowArgs,
+    }
+
+    fn resolve(words: &[&str]) -> anyhow::Result<HiArgs> {
+        HiArgs::resolve(Line::try_parse_from(["render"].iter().chain(words))?.low)
+    }
+
+    fn message(words: &[&str]) -> String {
+        resolve(words).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn defaults_are_both_files_in_out() {
+        let args = resolve(&["scenes/pool.v2.ron"]).unwrap();
+        let paths: Vec<_> = args.outputs.iter().map(|output| output.path.to_str().unwrap()).collect();
+        assert_eq!(paths, ["out/pool.v2.png", "out/pool.v2.exr"]);
+        assert!(args.default_folder);
+        assert_eq!((args.thread_count, args.request.memory_limit_bytes), (0, 4096 << 20));
+    }
+
+    #[test]
+    fn outputs_are_told_apart_by_their_ending() {
+        let args = resolve(&["a.ron", "-o", "x/b.PNG", "-o", "c.exr"]).unwrap();
+        assert_eq!(args.outputs.iter().map(|output| output.format).collect::<Vec<_>>(), [Format::Png, Format::Exr]);
+        assert!(!args.default_folder);
+        for name in ["b.jpg", "b", ".png", "png"] {
+            assert!(message(&["a.ron", "-o", name]).contains("a file ends in .png or .exr"), "{name} was accepted");
+        }
+        assert_eq!(message(&["a.ron", "-o", "b.png", "-o", "b.png"]), "-o names b.png twice");
+    }
+
+    #[test]
+    fn layers_must_hold_the_picture_if_a_png_is_written() {
+        assert!(message(&["a.ron", "--layers", "depth"]).contains("which --layers leaves out"));
+        assert!(message(&["a.ron", "--layers", "color,depth,color"]).contains("names `color` twice, again at place 3"));
+        let args = resolve(&["a.ron", "--layers", "depth,normal", "-o", "b.exr"]).unwrap();
+        assert_eq!(args.request.layers, Some(vec!["depth".to_owned(), "normal".to_owned()]));
+        assert!(resolve(&["a.ron", "--layers", "color"]).is_ok());
+    }
+
+    #[test]
+    fn settings_keep_their_order() {
+        let args = resolve(&["a.ron", "--set", "a=1", "--set", "b=2", "--set", "a=3"]).unwrap();
+        let keys: Vec<_> = args.request.settings.iter().map(|setting| (setting.key.as_str(), setting.value.as_str())).collect();
+        assert_eq!(keys, [("a", "1"), ("b", "2"), ("a", "3")]);
+    }
+
+    #[test]
+    fn an_unknown_technique_is_refused_before_anything_is_read() {
+        assert!(message(&["absent.ron", "--technique", "magic"]).starts_with("there is no technique `magic`; the techniques are:"));
+    }
+
+    #[test]
+    fn a_scene_without_a_file_name_is_refused() {
+        assert_eq!(message(&[".."]), ".. does not name a scene file");
+    }
+
+    #[test]
+    fn sections_line_up() {
+        let (a, b) = ("in".to_owned(), "absorbed".to_owned());
+        assert_eq!(section("energy", &[(&a, "10.5 W".into()), (&b, "2.25 W".into())]), "energy\n  in        10.5 W\n  absorbed  2.25 W\n");
+        assert_eq!(section("energy", &[]), "");
+    }
+}

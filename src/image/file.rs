@@ -1,0 +1,202 @@
+//! Whole files: reading by content, and writing so that a reader never sees half a file.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::image::openexr::{self, ExrError};
+use crate::image::png::{self, PngError};
+use crate::image::{LayerError, LayerSet};
+
+/// Temporary names tried before giving up: leftovers of this many killed processes may lie in a folder.
+const MAX_TEMPORARY_FILES: u32 = 1000;
+
+/// Why an image file cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// The file cannot be opened or read.
+    #[error("cannot read {}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The file cannot be written; nothing was left behind.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The file is neither a PNG nor an EXR.
+    #[error("{} is neither a PNG nor an EXR", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The PNG is damaged.
+    #[error("cannot read {}", path.display())]
+    Png {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: PngError,
+    },
+    /// The EXR is damaged.
+    #[error("cannot read {}", path.display())]
+    Exr {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: ExrError,
+    },
+    /// What the file holds does not make a set of layers.
+    #[error("cannot read {}", path.display())]
+    Layers {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: LayerError,
+    },
+}
+
+/// Reads a PNG (one layer, [`png::DECODED_NAME`]) or an EXR (all layers); which of them, its first bytes say.
+pub fn read(path: &Path) -> Result<LayerSet, FileError> {
+    let bytes = fs::read(path).map_err(|source| FileError::Read { path: path.to_owned(), source })?;
+    if bytes.starts_with(png::SIGNATURE) {
+        let layer = png::decode(&bytes).map_err(|source| FileError::Png { path: path.to_owned(), source })?;
+        let mut layers = LayerSet::new();
+        layers.push(layer).map_err(|source| FileError::Layers { path: path.to_owned(), source })?;
+        Ok(layers)
+    } else if bytes.starts_with(openexr::SIGNATURE) {
+        openexr::decode(&bytes).map_err(|source| FileError::Exr { path: path.to_owned(), source })
+    } else {
+        Err(FileError::UnknownFormat { path: path.to_owned() })
+    }
+}
+
+/// Writes a whole file, or leaves what was there before.
+///
+/// The bytes go to a new file in the same folder (`.nephroid-N.partial`), reach the disk, and only then take the name `path`, in one step
+/// that replaces an older file. On any error the temporary file is removed.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let write = || -> io::Result<()> {
+        let (temporary_path, mut file) = create_beside(path)?;
+        let written = file.write_all(bytes).and_then(|()| file.sync_all());
+        drop(file);
+        let renamed = written.and_then(|()| fs::rename(&temporary_path, path));
+        if renamed.is_err() {
+            // The first error is the one to tell; a file that cannot be removed either adds nothing.
+            let _ = fs::remove_file(&temporary_path);
+        }
+        renamed
+    };
+    write().map_err(|source| FileError::Write { path: path.to_owned(), source })
+}
+
+/// Finds out whether [`write_atomically`] could write here, without touching `path`: worth asking before an hour of work.
+pub fn check_writable(path: &Path) -> Result<(), FileError> {
+    let check = || -> io::Result<()> {
+        if path.is_dir() {
+            return Err(io::Error::from(io::ErrorKind::IsADirectory));
+        }
+        let (temporary_path, file) = create_beside(path)?;
+        drop(file);
+        fs::remove_file(temporary_path)
+    };
+    check().map_err(|source| FileError::Write { path: path.to_owned(), source })
+}
+
+/// Creates a new file in the folder of `path`, under a name that nothing else has.
+fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
+    let mut number = 0;
+    loop {
+        // A name of fixed length: a long file name must not become too long by an addition.
+        let temporary_path = path.with_file_name(format!(".nephroid-{number}.partial"));
+        match OpenOptions::new().write(true).create_new(true).open(&temporary_path) {
+            Ok(file) => return Ok((temporary_path, file)),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && number + 1 < MAX_TEMPORARY_FILES => number += 1,
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::{Layer, ToneMap};
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn writing_replaces_the_file_and_leaves_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        write_atomically(&path, b"one").unwrap();
+        write_atomically(&path, b"two").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"two");
+        assert_eq!(names(folder.path()), ["a.png"]);
+    }
+
+    #[test]
+    fn failing_to_rename_leaves_nothing_behind() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("taken");
+        fs::create_dir(&path).unwrap();
+        fs::write(path.join("inside"), b"x").unwrap();
+        let error = write_atomically(&path, b"bytes").unwrap_err();
+        assert!(matches!(error, FileError::Write { path: named, .. } if named == path));
+        assert_eq!(names(folder.path()), ["taken"]);
+        assert!(check_writable(&path).is_err());
+    }
+
+    #[test]
+    fn a_missing_folder_is_an_error_that_names_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("no/such/a.exr");
+        for error in [write_atomically(&path, b"").unwrap_err(), check_writable(&path).unwrap_err()] {
+            assert_eq!(error.to_string(), format!("cannot write {}", path.display()));
+        }
+        assert_eq!(names(folder.path()), Vec::<String>::new());
+    }
+
+    #[test]
+    fn leftovers_of_killed_processes_are_stepped_over() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join(".nephroid-0.partial"), b"half").unwrap();
+        let path = folder.path().join("x".repeat(255));
+        write_atomically(&path, b"whole").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"whole");
+        assert_eq!(fs::read(folder.path().join(".nephroid-0.partial")).unwrap(), b"half");
+    }
+
+    #[test]
+    fn asking_leaves_no_trace() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        check_writable(&path).unwrap();
+        assert_eq!(names(folder.path()), Vec::<String>::new());
+    }
+
+    #[test]
+    fn the_content_decides_how_a_file_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let layer = Layer::from_pixels("color", 1, 1, &[[0.0, 1.0, 1.0]]).unwrap();
+        let mut layers = LayerSet::new();
+        layers.push(layer.clone()).unwrap();
+        let path = folder.path().join("picture");
+        write_atomically(&path, &png::encode(&layer, &ToneMap { white: 1.0, ..ToneMap::default() }).unwrap()).unwrap();
+        assert_eq!(read(&path).unwrap(), layers);
+        write_atomically(&path, &openexr::encode(&layers).unwrap()).unwrap();
+        assert_eq!(read(&path).unwrap(), layers);
+        write_atomically(&path, b"GIF89a").unwrap();
+        assert!(matches!(read(&path), Err(FileError::UnknownFormat { .. })));
+        assert!(matches!(read(&folder.path().join("absent")), Err(FileError::Read { .. })));
+    }
+}

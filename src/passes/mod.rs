@@ -1,0 +1,1 @@
+//! Passes that techniques share.
