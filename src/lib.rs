@@ -12,6 +12,12 @@
 //! - L5 [`caustics`]
 //! - L7 [`cli`]
 
+pub mod caustics;
+pub mod cli;
+pub mod frame;
 pub mod geom;
+pub mod image;
 pub mod math;
+pub mod passes;
+pub mod pipeline;
 pub mod scene;
