@@ -13,3 +13,4 @@
 //! - L7 [`cli`]
 
 pub mod math;
+pub mod scene;

@@ -1,0 +1,3 @@
+//! What is rendered: descriptions read from scene files, validated once.
+
+pub mod water;
