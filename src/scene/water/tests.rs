@@ -4,8 +4,6 @@ use glam::{Vec2, Vec3};
 
 use super::*;
 
-const TAU: f32 = std::f32::consts::TAU;
-
 fn water(model: WaterModel) -> Water {
     let water = Water { size_m: Vec2::new(4.0, 3.0), center_m: Vec2::new(0.5, -0.25), level_m: 1.5, model, ..Water::default() };
     assert_eq!(water.validate(), Ok(()));
@@ -72,18 +70,8 @@ fn waves_travel_along_their_direction_at_their_speed() {
     }
     assert!((Motion::DeepWater.angular_frequency(2.0) - (GRAVITY_M_PER_S2 * 2.0_f64).sqrt()).abs() < 1e-12);
     assert!((Motion::Depth(1e3).angular_frequency(2.0) - Motion::DeepWater.angular_frequency(2.0)).abs() < 1e-12);
-    let shallow = Motion::Depth(0.01).angular_frequency(0.1) / (GRAVITY_M_PER_S2 * 0.01_f64.into_f64()).sqrt();
+    let shallow = Motion::Depth(0.01).angular_frequency(0.1) / (GRAVITY_M_PER_S2 * f64::from(0.01_f32)).sqrt();
     assert!((shallow - 0.1).abs() < 1e-6);
-}
-
-/// `0.01_f32` as the 64-bit number it stands for in a description.
-trait IntoF64 {
-    fn into_f64(self) -> f64;
-}
-impl IntoF64 for f64 {
-    fn into_f64(self) -> f64 {
-        f64::from(self as f32)
-    }
 }
 
 #[test]
@@ -213,8 +201,8 @@ fn late_times_and_far_places_lose_no_accuracy() {
     let wave = PlaneWave { motion: Motion::Speed(1.0), wavelength_m: 1.0, ..PlaneWave::default() };
     let water = Water { level_m: 0.0, ..water(WaterModel::Waves(vec![wave])) };
     for t in [65_536.0, 1_048_576.0] {
-        for i in 0..16 {
-            let x = i as f32 / 16.0;
+        for i in 0..8 {
+            let x = i as f32 / 8.0;
             let near = water.height_normal(x, 0.0, 0.0).unwrap().0;
             assert!((water.height_normal(x, 0.0, t).unwrap().0 - near).abs() < 1e-8);
             assert!((water.height_normal(x + t, 0.0, 0.0).unwrap().0 - near).abs() < 1e-8);
@@ -358,11 +346,4 @@ fn bad_descriptions_do_not_panic() {
         let field = water.surface(0.01);
         assert_eq!(field.heights_ws.len(), (field.columns * field.rows) as usize);
     }
-}
-
-#[test]
-fn tau_is_a_full_turn_of_phase() {
-    let wave = |phase_rad| water(WaterModel::Waves(vec![PlaneWave { phase_rad, ..PlaneWave::default() }]));
-    let (a, b) = (wave(0.0).surface(0.0), wave(TAU).surface(0.0));
-    assert!(a.heights_ws.iter().zip(&b.heights_ws).all(|(a, b)| (a - b).abs() < 1e-7));
 }

@@ -137,7 +137,7 @@ fn spreading_integrates_to_one() {
         let steps = 10_000;
         let sum: f64 = (0..steps)
             .map(|i| TAU * f64::from(i) / f64::from(steps))
-            .map(|angle| libm::sincos(angle))
+            .map(libm::sincos)
             .map(|(s, c)| sea.density_m4([2.0 * c, 2.0 * s]) * 2.0 / sea.density_m3(2.0))
             .sum();
         assert!((sum * TAU / f64::from(steps) - 1.0).abs() < 1e-6, "s = {spreading}");

@@ -9,8 +9,8 @@ use crate::math::rng::uniform3;
 
 /// A drop of water that falls into the fluid.
 ///
-/// It arrives at `v = √(2·g·fall_height)`, sinks in during `2·radius/v`, and over that time adds its volume and presses with its momentum `m·v`, spread over a round spot no
-/// smaller than three columns.
+/// It arrives at `v = √(2·g·fall_height)`, sinks in during `2·radius/v`, and over that time adds its volume and presses with its momentum `m·v`, spread over a round spot of twice
+/// its radius, no smaller than three columns across.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Drop {
@@ -18,7 +18,7 @@ pub struct Drop {
     pub time_s: f32,
     /// World (x, z) where, in metres; inside the water. Default: (0, 0)
     pub position_m: Vec2,
-    /// Radius in metres. 1e-4..=100. Default: 0.1
+    /// Radius in metres. 1e-4..=100. Default: 0.06
     pub radius_m: f32,
     /// Height in metres it fell from. 1e-3..=1e4. Default: 0.5
     pub fall_height_m: f32,
@@ -26,7 +26,7 @@ pub struct Drop {
 
 impl Default for Drop {
     fn default() -> Self {
-        Self { time_s: 0.0, position_m: Vec2::ZERO, radius_m: 0.1, fall_height_m: 0.5 }
+        Self { time_s: 0.0, position_m: Vec2::ZERO, radius_m: 0.06, fall_height_m: 0.5 }
     }
 }
 
@@ -49,7 +49,7 @@ impl Drop {
 pub struct Rain {
     /// Drops per second on the whole surface. 0..=1000. Default: 2
     pub rate_per_s: f32,
-    /// Radius of the largest drops in metres; the smallest are half of it. 1e-4..=1. Default: 0.08
+    /// Radius of the largest drops in metres; the smallest are half of it. 1e-4..=1. Default: 0.05
     pub radius_m: f32,
     /// Height in metres they fall from. 0.01..=1e4. Default: 0.5
     pub fall_height_m: f32,
@@ -59,7 +59,7 @@ pub struct Rain {
 
 impl Default for Rain {
     fn default() -> Self {
-        Self { rate_per_s: 2.0, radius_m: 0.08, fall_height_m: 0.5, seed: 1 }
+        Self { rate_per_s: 2.0, radius_m: 0.05, fall_height_m: 0.5, seed: 1 }
     }
 }
 

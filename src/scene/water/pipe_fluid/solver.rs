@@ -9,6 +9,8 @@ use super::spray::Spray;
 
 /// Latest time any fluid is simulated to, in seconds.
 const MAX_TIME_S: f64 = 3600.0;
+/// Longest step in seconds: half a frame, so that the straight lines between steps do not show as flicker of the shortest waves.
+const MAX_STEP_S: f64 = 1.0 / 120.0;
 /// Most steps any fluid is simulated for.
 const MAX_STEPS: f64 = 4e6;
 
@@ -136,12 +138,12 @@ impl Grid {
         (x - 2.0 * diagonal, z - 2.0 * diagonal, diagonal)
     }
 
-    /// Half the longest stable step, in seconds, for waves of `speed_m_per_s`.
+    /// Half the longest stable step, in seconds, for waves of `speed_m_per_s`; at most [`MAX_STEP_S`].
     fn step_s(&self, speed_m_per_s: f64) -> f64 {
         // The eigenvalue is linear in cos(k_x Δx) and in cos(k_z Δz), so its maximum is at a corner.
         let (x, z, diagonal) = self.laplacian();
         let largest = (4.0 * x + 8.0 * diagonal).max(4.0 * z + 8.0 * diagonal).max(4.0 * (x + z));
-        1.0 / (speed_m_per_s * largest.sqrt())
+        MAX_STEP_S.min(1.0 / (speed_m_per_s * largest.sqrt()))
     }
 }
 
@@ -354,7 +356,7 @@ impl PipeFluid {
                 return;
             }
             // The spot is normalised by its own sum over cells, so that volume and momentum are exact wherever it falls.
-            let radius = drop.radius_m.max(1.5 * grid.cell_m.x.max(grid.cell_m.y));
+            let radius = (2.0 * drop.radius_m).max(1.5 * grid.cell_m.x.max(grid.cell_m.y));
             let mut total = 0.0;
             grid.for_each_within(drop.position_ws, radius, |_, d| total += bump(d, radius));
             if total <= 0.0 {
@@ -394,14 +396,19 @@ impl PipeFluid {
             }
         };
         let Flows { east, south, south_east, south_west } = &mut self.flows;
+        // A wall mirrors the water: a diagonal pipe into the mirror image is one more along the wall.
+        let (gain_x, gain_z, gain_diagonal) = (scale * w_x, scale * w_z, scale * w_diagonal);
         for row in 0..rows {
             let i = self.grid.index(0, row);
             let below = i + stride;
-            update(east, i, i, i + 1, columns - 1, scale * w_x);
+            let walls = usize::from(row == 0) + usize::from(row + 1 == rows);
+            update(east, i, i, i + 1, columns - 1, gain_x + gain_diagonal * walls as f64);
             if row + 1 < rows {
-                update(south, i, i, below, columns, scale * w_z);
-                update(south_east, i, i, below + 1, columns - 1, scale * w_diagonal);
-                update(south_west, i, i + 1, below, columns - 1, scale * w_diagonal);
+                update(south, i, i, below, 1, gain_z + gain_diagonal);
+                update(south, i + 1, i + 1, below + 1, columns - 2, gain_z);
+                update(south, i + columns - 1, i + columns - 1, below + columns - 1, 1, gain_z + gain_diagonal);
+                update(south_east, i, i, below + 1, columns - 1, gain_diagonal);
+                update(south_west, i, i + 1, below, columns - 1, gain_diagonal);
             }
         }
     }
