@@ -381,3 +381,224 @@ fn errors_of_values_left_to_their_default_name_the_value_around_them() {
         "camera.far_m: found 100, expected a distance above near_m = 100 m",
     )]);
 }
+
+#[test]
+fn errors_of_water_name_its_values() {
+    let edits = [
+        ("water: (ior: ¦5)", "water.ior: found 5.0, expected 0.25 ..= 4"),
+        ("water: (grid: ¦(1, 64))", "water.grid: found (1, 64), expected 2 ..= 4096 vertices along x and z"),
+        (
+            "water: Water(¦modl: Flat)",
+            "found unknown field `water.modl` (did you mean `model`?), expected one of: center_m, size_m, level_m, ior, grid, model",
+        ),
+        ("water: (model: Waves([(), (), (wavelength_m: ¦NaN)]))", "water.model[2].wavelength_m: found NaN, expected 0.001 ..= 100000 m"),
+        ("water: (model: PipeFluid(drops: [(), (radius_m: ¦-1)]))", "water.model.drops[1].radius_m: found -1.0, expected 0.0001 ..= 100 m"),
+        ("water: (model: FftOcean(resolution: ¦100))", "water.model.resolution: found 100, expected a power of two, 4 ..= 2048"),
+        ("water: (model: CircularCosine(ripples: (octaves: ¦0)))", "water.model.ripples.octaves: found 0, expected 1 ..= 12"),
+        (
+            "water: (model: ¦Wave([]))",
+            "water.model: found `Wave([])`, \
+             expected one of: Flat, Waves, CircularCosine, AxisCosine, PipeFluid, FftOcean (did you mean `Waves`?)",
+        ),
+    ];
+    let edits: Vec<_> = edits.iter().map(|(to, rest)| ("medium: Custom", format!("{to}, medium: Custom"), *rest)).collect();
+    refuse_edits(&edits.iter().map(|(from, to, rest)| (*from, to.as_str(), *rest)).collect::<Vec<_>>());
+    refuse_edits(&[(
+        "time_s: 2.5",
+        "water: (model: PipeFluid()), time_s: ¦4000",
+        "time_s: found 4000.0, expected for a simulated fluid, from 0 to an hour or four million steps",
+    )]);
+}
+
+#[test]
+fn errors_of_files_name_the_file() {
+    let missing = scene::load(Path::new("no/such/scene.ron")).unwrap_err();
+    assert!(matches!(&missing, SceneError::Read { file, .. } if file == "no/such/scene.ron"), "{missing}");
+    let folder = tempfile::tempdir().unwrap();
+    assert!(matches!(scene::load(folder.path()).unwrap_err(), SceneError::Read { .. }), "a folder is no scene");
+
+    let file = folder.path().join("large.ron");
+    fs::write(&file, vec![b' '; scene::MAX_FILE_BYTES as usize + 1]).unwrap();
+    assert!(matches!(scene::load(&file).unwrap_err(), SceneError::TooLarge { limit: scene::MAX_FILE_BYTES, .. }));
+    let error = scene::parse(&" ".repeat(scene::MAX_FILE_BYTES as usize + 1), "x", Path::new("")).unwrap_err();
+    assert!(matches!(error, SceneError::TooLarge { .. }));
+
+    let error = scene::parse_bytes(b"Scene(\n  title: \"\xc3\xa4\xff\")", "latin.ron", Path::new("")).unwrap_err();
+    assert_eq!(error.to_string(), "latin.ron:2:12: found byte 0xff, expected UTF-8 text");
+}
+
+#[test]
+fn errors_of_meshes_name_the_object_in_the_scene_file() {
+    let scene = parse(FULL).unwrap();
+    for (index, object) in scene.objects.iter().enumerate() {
+        match scene.mesh(index) {
+            Ok(mesh) => assert!(mesh.triangle_count() > 0, "{}", object.display_name(index)),
+            Err(error) => {
+                assert_eq!(index, 4, "{error}");
+                let (_, (line, column)) = edited("shape: Mesh(", "shape: ¦Mesh(");
+                let message = error.to_string();
+                assert!(message.starts_with(&format!("test.ron:{line}:{column}: objects[4].shape: ")), "{message}");
+                assert!(message.contains("thing.ply"), "{message}");
+            }
+        }
+    }
+    assert!(scene.mesh(4).is_err(), "the mesh file does not exist");
+}
+
+#[test]
+fn limits_hold_on_counts() {
+    let camera = "camera: Perspective(position: (0, 3, 4), target: (0, 0, 0))";
+    let lights = |count: usize| format!("({camera}, lights: [{}])", "Point(position: (0, 0, 0), intensity: (1, 1, 1)),".repeat(count));
+    assert_eq!(parse(&lights(16)).unwrap().lights.len(), 16);
+    let error = parse(&lights(17)).unwrap_err().to_string();
+    assert!(error.ends_with("lights: found 17 elements, expected from 0 to 16 elements"), "{error}");
+
+    let objects = |count: usize, shape: &str| format!("({camera}, objects: [{}])", format!("(shape: {shape}),").repeat(count));
+    assert_eq!(parse(&objects(0, "")).unwrap().objects.len(), 0);
+    assert_eq!(parse(&objects(scene::MAX_OBJECTS, "Cuboid()")).unwrap().objects.len(), scene::MAX_OBJECTS);
+    let error = parse(&objects(scene::MAX_OBJECTS + 1, "Cuboid()")).unwrap_err().to_string();
+    assert!(error.contains("objects: ") && error.ends_with("expected a list of at most 4096 objects"), "{error}");
+    let error = parse(&objects(3, "Terrain(cells: (4096, 4096))")).unwrap_err().to_string();
+    assert!(error.contains("objects[1].shape: found a shape that brings the scene to 67108864 triangles"), "{error}");
+}
+
+/// The repository's `scenes` folder.
+fn scenes_dir() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")
+}
+
+/// All shipped scenes, by path below `scenes`.
+fn shipped() -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![scenes_dir()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "ron") {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn shipped_scenes_are_valid_and_say_what_they_exercise() {
+    let shipped = shipped();
+    let names: Vec<_> = shipped.iter().map(|path| path.strip_prefix(scenes_dir()).unwrap().to_str().unwrap().replace('\\', "/")).collect();
+    assert_eq!(names, ["analytic/flat_water.ron", "analytic/sine_water.ron", "columns.ron", "pool.ron", "pots.ron"]);
+    for path in &shipped {
+        let scene = scene::load(path).unwrap_or_else(|error| panic!("{error}"));
+        assert!(!scene.title.is_empty() && scene.water.is_some() && scene.sun().is_some(), "{}", path.display());
+        let text = fs::read_to_string(path).unwrap();
+        for wanted in ["// Exercises:", "// Analytic answer:"] {
+            assert!(text.lines().any(|line| line.starts_with(wanted)), "{} lacks `{wanted}`", path.display());
+        }
+        for (index, object) in scene.objects.iter().enumerate() {
+            assert!(!object.name.is_empty(), "object {index} of {} has no name", path.display());
+            let mesh = scene.mesh(index).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(mesh.validate(), Ok(()), "{} of {}", object.name, path.display());
+        }
+    }
+}
+
+#[test]
+fn shipped_scenes_take_every_setting_they_report() {
+    for path in shipped() {
+        let scene = scene::load(&path).unwrap();
+        for setting in scene::SETTINGS {
+            if let Some(value) = (setting.get)(&scene) {
+                let mut changed = scene.clone();
+                changed.set(setting.key, &value).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+                assert_eq!((setting.get)(&changed), Some(value), "{} of {}", setting.key, path.display());
+            }
+        }
+    }
+}
+
+/// A repeatable stream of numbers: splitmix64.
+struct Rng(u64);
+
+impl Rng {
+    fn below(&mut self, bound: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % bound as u64) as usize
+    }
+}
+
+#[test]
+fn mutated_scenes_never_panic_and_every_error_has_a_place() {
+    let pieces: [&[u8]; 24] = [
+        b"(",
+        b")",
+        b"[",
+        b"]",
+        b"{",
+        b"}",
+        b",",
+        b":",
+        b"\"",
+        b"'",
+        b"//",
+        b"/*",
+        b"*/",
+        b"NaN",
+        b"-1",
+        b"1e39",
+        b"0",
+        b"Some(",
+        b"None",
+        b"r#\"",
+        b"\\",
+        b"4294967295",
+        b"#![",
+        b"\xff",
+    ];
+    let mut seeds = vec![FULL.as_bytes().to_vec()];
+    seeds.extend(shipped().iter().map(|path| fs::read(path).unwrap()));
+    let mut rng = Rng(1);
+    let (mut accepted, mut refused) = (0, 0);
+    for round in 0..6000 {
+        let mut bytes = seeds[round % seeds.len()].clone();
+        for _ in 0..=rng.below(3) {
+            let at = rng.below(bytes.len());
+            match rng.below(5) {
+                0 => bytes.truncate(at.max(1)),
+                1 => drop(bytes.drain(at..(at + 1 + rng.below(12)).min(bytes.len()))),
+                2 => bytes[at] = rng.below(256) as u8,
+                3 => drop(bytes.splice(at..at, pieces[rng.below(pieces.len())].iter().copied())),
+                _ => {
+                    let end = (at + rng.below(80)).min(bytes.len());
+                    let copy = bytes[at..end].to_vec();
+                    let to = rng.below(bytes.len());
+                    drop(bytes.splice(to..to, copy));
+                }
+            }
+            if bytes.is_empty() {
+                bytes.push(b' ');
+            }
+        }
+        match scene::parse_bytes(&bytes, "m", Path::new("")) {
+            Ok(scene) => {
+                assert_eq!(scene.validate(), Ok(()));
+                accepted += 1;
+            }
+            Err(error) => {
+                let message = error.to_string();
+                let mut place = message.strip_prefix("m:").unwrap().splitn(3, ':');
+                let line: usize = place.next().unwrap().parse().unwrap_or_else(|_| panic!("{message}"));
+                let column: usize = place.next().unwrap().parse().unwrap_or_else(|_| panic!("{message}"));
+                let lines = String::from_utf8_lossy(&bytes).split('\n').count();
+                assert!((1..=lines).contains(&line) && column >= 1, "{message}");
+                refused += 1;
+            }
+        }
+    }
+    assert!(accepted > 200 && refused > 2000, "{accepted} accepted, {refused} refused: the mutations are too tame or too wild");
+}

@@ -31,7 +31,7 @@ const LN_2_LOW: f32 = -2.121_944_4e-4;
 /// `eʳ = 1 + (r + r²·P(r))`; the fit is 2.7e-8 in the first range and, by a sixfold weight, 1.4e-7 in the extension.
 #[inline(always)]
 fn exp_scaled<L: Lanes>(r: L, k: L) -> L {
-    let p = ((((r * 1.573_676_9e-3 + 8.355_012e-3) * r + 4.163_151e-2) * r + 0.166_666_37) * r + 0.500_001_55) * (r * r) + r + 1.0;
+    let p = ((((r * 1.573_677e-3 + 8.355_012e-3) * r + 4.163_151e-2) * r + 0.166_666_37) * r + 0.500_001_55) * (r * r) + r + 1.0;
     p * k.exp2_int()
 }
 

@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn streams_seeds_and_neighbours_are_uncorrelated() {
         let correlation = |f: &dyn Fn(u32) -> (f32, f32)| {
-            let sum: f64 = (0..SAMPLE_COUNT).map(|i| f(i)).map(|(a, b)| (f64::from(a) - 0.5) * (f64::from(b) - 0.5)).sum();
+            let sum: f64 = (0..SAMPLE_COUNT).map(f).map(|(a, b)| (f64::from(a) - 0.5) * (f64::from(b) - 0.5)).sum();
             12.0 * sum / f64::from(SAMPLE_COUNT)
         };
         let bound = 5.0 / f64::from(SAMPLE_COUNT).sqrt();

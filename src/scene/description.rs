@@ -3,6 +3,7 @@
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
+use super::bridge;
 use super::camera::Camera;
 use super::check::{At, Invalid};
 use super::environment::Environment;
@@ -98,7 +99,7 @@ impl Image {
 }
 
 impl Scene {
-    /// Checks every value, in the order of the fields, and returns the first that is not allowed.
+    /// Checks every value and returns the first that is not allowed.
     pub fn validate(&self) -> Result<(), Invalid> {
         let at = At::ROOT;
         self.image.validate(&at.field("image"))?;
@@ -109,8 +110,9 @@ impl Scene {
             light.validate(&lights.index(index))?;
         }
         self.environment.validate(&at.field("environment"))?;
+        at.field("time_s").within(self.time_s, 0.0..=MAX_TIME_S, "s")?;
         if let Some(water) = &self.water {
-            super::bridge::validate_water(water, &at.field("water"))?;
+            bridge::validate_water(water, self.time_s, &at)?;
         }
         self.medium.validate(&at.field("medium"))?;
         let objects = at.field("objects");
@@ -127,7 +129,6 @@ impl Scene {
             )?;
         }
         self.tone.validate(&at.field("tone"))?;
-        at.field("time_s").within(self.time_s, 0.0..=MAX_TIME_S, "s")?;
         self.techniques.validate(&at.field("techniques"))?;
         Ok(())
     }

@@ -13,6 +13,7 @@ use super::light::{Aim, Light};
 use super::medium::Medium;
 use super::names::nearest;
 use super::settings::{EyeRefraction, Faces, Radiometry};
+use super::water::{AxisCosine, CircularCosine, OceanSettings, Water, WaterModel};
 
 /// One key: what it means, and how to read and write it.
 pub struct Setting {
@@ -122,6 +123,10 @@ impl Scene {
 fn find(key: &str) -> Result<&'static Setting, SettingError> {
     let wanted = key.replace('-', "_");
     let keys = || SETTINGS.iter().map(|setting| setting.key);
+    let only_longer = || {
+        let mut longer = keys().filter(|key| !wanted.is_empty() && key.starts_with(&wanted));
+        longer.next().filter(|_| longer.next().is_none())
+    };
     // A key without its group, `radiometry` or `exposure_ev`, is the likeliest slip after one of the fingers.
     let by_last_part = || {
         let last_part = |key: &'static str| key.rsplit('.').next().unwrap_or(key);
@@ -130,7 +135,7 @@ fn find(key: &str) -> Result<&'static Setting, SettingError> {
     };
     SETTINGS.iter().find(|setting| setting.key == wanted).ok_or_else(|| SettingError::UnknownKey {
         key: key.to_owned(),
-        nearest: nearest(&wanted, keys()).or_else(by_last_part),
+        nearest: only_longer().or_else(|| nearest(&wanted, keys())).or_else(by_last_part),
         count: SETTINGS.len(),
     })
 }
@@ -401,6 +406,20 @@ pub const SETTINGS: &[Setting] = &[
     part!("environment.sun_disc.radiance", "W/(m² sr)", "20000,19000,17000", "r,g,b or one number, each from 0 to 1e12",
         "Radiance of the sun's disc.", SUN_DISC,
         |scene| scene.environment.sun_disc, Some(SunDisc { radiance, .. }) => *radiance),
+    part!("water.grid", "vertices", "64x64", "COLUMNSxROWS, each from 2 to 4096", "Vertices of the water's grid along x and z.", WATER,
+        |scene| scene.water, Some(Water { grid, .. }) => *grid),
+    part!("water.level_m", "m", "0", "a number from -1e6 to 1e6", "Height of the still water.", WATER,
+        |scene| scene.water, Some(Water { level_m, .. }) => *level_m),
+    part!("water.ior", "", "1.333", "a number from 0.25 to 4", "Refractive index of the water, relative to the air.", WATER,
+        |scene| scene.water, Some(Water { ior, .. }) => *ior),
+    part!("water.scale", "", "1", "a number from 0 to 100", "Factor on the waves of the models that have one.",
+        "water of the models CircularCosine, AxisCosine or FftOcean",
+        |scene| scene.water, Some(Water {
+            model: WaterModel::CircularCosine(CircularCosine { scale, .. })
+                | WaterModel::AxisCosine(AxisCosine { scale, .. })
+                | WaterModel::FftOcean(OceanSettings { scale, .. }),
+            ..
+        }) => *scale),
     Setting {
         key: "medium.preset",
         doc: "The whole medium by name; reads as nothing for a medium that is none of these.",

@@ -60,6 +60,9 @@ pub enum Shape {
     Mesh(PathBuf),
 }
 
+/// Largest length of a procedural shape, m, as in the geometry.
+const MAX_SHAPE_M: f32 = 10_000.0;
+
 impl Shape {
     /// The mesh of a procedural shape, in object space; `None` for a mesh file, which [`Scene::mesh`](super::Scene::mesh) reads.
     #[must_use]
@@ -99,7 +102,8 @@ impl Shape {
     /// This shape at its coarsest, after checking the fields that say how fine it is.
     ///
     /// The ranges of all other fields are the geometry's business, and its own check is to build the mesh: at its coarsest that takes
-    /// microseconds and finds the same errors.
+    /// microseconds and finds the same errors. Only figures and columns, which take milliseconds at any fineness, are checked here and
+    /// then stand in as a box; a test compares their ranges with the geometry's.
     fn coarsest(&self, at: &At<'_>) -> Result<Self, Invalid> {
         const AROUND: RangeInclusive<u32> = 3..=4096;
         let cells_at = at.field("cells");
@@ -161,11 +165,18 @@ impl Shape {
                 count("subdivisions", shape.subdivisions, 0..=8)?;
                 Self::Boulder(Boulder { subdivisions: 0, ..shape })
             }
-            Self::Figure(shape) => {
-                count("resolution", shape.resolution, 16..=256)?;
-                Self::Figure(Figure { resolution: 16, ..shape })
+            Self::Figure(Figure { kind: _, height_m, resolution }) => {
+                count("resolution", resolution, 16..=256)?;
+                at.field("height_m").above(height_m, 0.0, MAX_SHAPE_M, "m")?;
+                Self::Cuboid(Cuboid::default())
             }
-            Self::Cuboid(_) | Self::Column(_) | Self::Pool(_) | Self::Mesh(_) => self.clone(),
+            Self::Column(Column { height_m, radius_m, flutes }) => {
+                count("flutes", flutes, 8..=64)?;
+                at.field("radius_m").above(radius_m, 0.0, MAX_SHAPE_M, "m")?;
+                at.field("height_m").within(height_m, 4.0 * radius_m..=MAX_SHAPE_M, "m (at least 4 radius_m)")?;
+                Self::Cuboid(Cuboid::default())
+            }
+            Self::Cuboid(_) | Self::Pool(_) | Self::Mesh(_) => self.clone(),
         })
     }
 
@@ -242,6 +253,29 @@ mod tests {
             assert_eq!(shape.validate(&At::ROOT), Ok(()), "{shape:?}");
             let count = shape.build().unwrap().unwrap().triangle_count() as u64;
             assert!(count > 0 && count <= shape.triangle_bound(), "{shape:?} has {count} of {}", shape.triangle_bound());
+        }
+    }
+
+    #[test]
+    fn figures_and_columns_have_the_ranges_of_the_geometry() {
+        let figure = |height_m, resolution| Shape::Figure(Figure { height_m, resolution, ..Figure::default() });
+        let column = |height_m, radius_m, flutes| Shape::Column(Column { height_m, radius_m, flutes });
+        for (shape, valid) in [
+            (figure(10_000.0, 16), true),
+            (figure(10_001.0, 16), false),
+            (figure(0.0, 16), false),
+            (figure(1.0, 15), false),
+            (figure(1.0, 257), false),
+            (column(4.0, 1.0, 8), true),
+            (column(3.999, 1.0, 8), false),
+            (column(10_000.0, 1.0, 64), true),
+            (column(10_001.0, 1.0, 64), false),
+            (column(3.0, 0.0, 20), false),
+            (column(3.0, 0.2, 7), false),
+            (column(3.0, 0.2, 65), false),
+        ] {
+            assert_eq!(shape.validate(&At::ROOT).is_ok(), valid, "{shape:?}");
+            assert_eq!(shape.build().unwrap().is_ok(), valid, "{shape:?} in the geometry");
         }
     }
 

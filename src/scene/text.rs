@@ -231,7 +231,9 @@ impl<'t, 'p> Walker<'t, 'p> {
         });
         let consumed = inner.map(|w| w.depth) != want.map(|w| w.depth);
         let start = self.at;
-        if want.is_some() && (consumed || word == "Some") && self.is_newtype()? {
+        // A path may leave out the name of a variant: `Waves([a, b])` has an element 1 as `[a, b]` has.
+        let indexed = matches!(want, Some(Want { rest: [Step::Index(_), ..], .. }));
+        if want.is_some() && (consumed || indexed || word == "Some") && self.is_newtype(indexed && !consumed && word != "Some")? {
             // The only argument of `Some` or of a one-value variant is what the rest of the path is about.
             self.open()?;
             self.skip_blank()?;
@@ -251,13 +253,15 @@ impl<'t, 'p> Walker<'t, 'p> {
         }
     }
 
-    /// Whether the brackets that open here hold exactly one value without a name. Leaves the cursor where it was.
-    fn is_newtype(&mut self) -> Result<bool, SyntaxError> {
+    /// Whether the brackets that open here hold exactly one value without a name, which is a list if `of_list` is set. Leaves the cursor
+    /// where it was.
+    fn is_newtype(&mut self, of_list: bool) -> Result<bool, SyntaxError> {
         let start = self.at;
         self.open()?;
         self.skip_blank()?;
         let mut newtype = false;
-        if self.peek() != Some(')') && self.field_name()?.is_none() {
+        let right_kind = !of_list || self.peek() == Some('[');
+        if right_kind && self.peek() != Some(')') && self.field_name()?.is_none() {
             self.value(None, None)?;
             self.skip_blank()?;
             if self.peek() == Some(',') {

@@ -27,7 +27,7 @@ Scene(
     raw: r#"x " ) y"#,
     list: [Point(a: 1), Spot(a: 2, r#b: 'x'), Some(Spot(a: 3))],
     aim: Along(7, 8, 9),
-    pair: Old((1, 2)), maybe: Some((1, 2)), flat: Some(1, 2), rgb: Solid(3, 4, 5),
+    waves: Waves([(a: 4), (a: 5)]), pair: Old((1, 2)), maybe: Some((1, 2)), flat: Some(1, 2), rgb: Solid(3, 4, 5),
     map: {"k": [4, 5], "l": 6},
     paren: ')', quote: '\'', bytes: b"\")", byte: b'(',
 )
@@ -50,6 +50,8 @@ fn find_follows_fields_indices_variants_and_options() {
     assert_eq!(value(TEXT, "aim"), ("Along(7, 8, 9)", 1));
     assert_eq!(value(TEXT, "pair.Old[1]"), ("2", 3));
     assert_eq!(value(TEXT, "pair.Old"), ("(1, 2)", 2));
+    assert_eq!(value(TEXT, "waves.Waves[1].a"), ("5", 4));
+    assert_eq!(value(TEXT, "waves[1].a"), ("5", 3));
     assert_eq!(value(TEXT, "maybe[1]"), ("2", 2));
     assert_eq!(value(TEXT, "flat[1]"), ("2", 2));
     assert_eq!(value(TEXT, "rgb.Solid[1]"), ("4", 3));

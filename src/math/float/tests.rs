@@ -146,3 +146,29 @@ fn functions_have_the_same_bits_at_every_level() {
         }
     }
 }
+
+#[inline(always)]
+fn exp_all<S: Simd>(simd: S, xs: &mut [f32]) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            for block in xs.chunks_exact_mut(16) {
+                exp(f32x16::load(simd, block)).store(block);
+            }
+        },
+    );
+}
+
+#[test]
+#[ignore = "a measurement: run in release with --nocapture"]
+fn exp_cost() {
+    for (name, level) in available_levels() {
+        let mut xs: Vec<f32> = (0..4096).map(|i| i as f32 * -1e-3).collect();
+        let start = std::time::Instant::now();
+        let rounds = 20_000;
+        for _ in 0..rounds {
+            dispatch!(level, simd => exp_all(simd, std::hint::black_box(&mut xs)));
+        }
+        println!("{name}: {:.3} ns per exp", start.elapsed().as_secs_f64() * 1e9 / f64::from(rounds * 4096));
+    }
+}
