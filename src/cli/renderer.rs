@@ -1,10 +1,12 @@
 //! The one place where the command line meets the scene and the techniques.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use crate::caustics::{self, RenderOptions, Renderer};
 use crate::cli::args::{ImageSize, Setting};
 use crate::cli::render::Radiometry;
 use crate::image::{LayerSet, ToneMap};
+use crate::scene;
 
 /// What to render, all flags resolved.
 #[derive(Clone, Debug)]
@@ -66,15 +68,50 @@ pub struct SettingLine {
 
 /// All techniques, in the order of their table.
 pub fn techniques() -> Vec<Technique> {
-    Vec::new()
+    let line = |t: &&dyn caustics::Technique| Technique { name: t.name(), summary: t.summary(), paper: t.paper() };
+    caustics::TECHNIQUES.iter().map(line).collect()
 }
 
 /// All keys that `--set` knows.
 pub fn settings() -> Vec<SettingLine> {
-    Vec::new()
+    scene::SETTINGS
+        .iter()
+        .map(|s| SettingLine { key: s.key.to_owned(), default: s.default.to_owned(), summary: format!("{} ({})", s.doc, s.allowed) })
+        .collect()
 }
 
-/// Loads the scene, applies the overrides and renders, on the threads of the current rayon pool.
+/// Loads the scene, applies the overrides and renders.
 pub fn render(request: &Request) -> anyhow::Result<Rendering> {
-    anyhow::bail!("no technique can render {} yet", Path::new(&request.scene).display())
+    let mut scene = scene::load(&request.scene)?;
+    if let Some(size) = request.size {
+        scene.set("image.width", &size.width.to_string())?;
+        scene.set("image.height", &size.height.to_string())?;
+    }
+    if let Some(time_s) = request.time_s {
+        scene.set("time_s", &time_s.to_string())?;
+    }
+    if let Some(radiometry) = request.radiometry {
+        let value = match radiometry {
+            Radiometry::Paper => "paper",
+            Radiometry::Physical => "physical",
+        };
+        scene.set("caustic_volumes.radiometry", value)?;
+    }
+    for setting in &request.settings {
+        scene.set(&setting.key, &setting.value)?;
+    }
+    let mut options =
+        RenderOptions { memory_limit_bytes: request.memory_limit_bytes, layers: request.layers.clone(), ..RenderOptions::default() };
+    options.device.threads = Some(rayon::current_num_threads());
+    if let Some(technique) = &request.technique {
+        options.technique.clone_from(technique);
+    }
+    let rendered = Renderer::new(&scene, &options)?.render(&scene, None)?;
+    let tone = ToneMap {
+        exposure: scene.tone.exposure(),
+        shoulder: scene.tone.shoulder,
+        white: scene.tone.white,
+        desaturation: scene.tone.desaturation,
+    };
+    Ok(Rendering { technique: options.technique, layers: rendered.layers, tone, counters: rendered.counters, audit: rendered.audit })
 }
