@@ -107,17 +107,21 @@ fn tile_chunks<'a, S: Simd>(
         }
         worker.chunk = Some(chunk);
         worker.draw = u32::MAX;
-        let mut wide = chunk.bins.wide.iter().peekable();
-        for segment in chunk.bins.segments(tile) {
-            for record in segment {
-                while let Some(primitive) = wide.next_if(|w| w.sequence < record.sequence) {
-                    worker.wide(simd, primitive, tile_coordinates);
+        let mut wide = chunk.bins.wide.iter().filter_map(|w| w.record_in(tile_coordinates)).peekable();
+        let mut own = chunk.bins.segments(tile).flatten().peekable();
+        // One merging loop with one call: all shortcuts at all SIMD levels are compiled into it, and a second copy costs minutes of build time.
+        loop {
+            let made;
+            let record = match (wide.peek(), own.peek()) {
+                (Some(w), Some(o)) if o.sequence < w.sequence => own.next(),
+                (Some(_), _) => {
+                    made = wide.next();
+                    made.as_ref()
                 }
-                worker.record(simd, record);
-            }
-        }
-        for primitive in wide {
-            worker.wide(simd, primitive, tile_coordinates);
+                (None, _) => own.next(),
+            };
+            let Some(record) = record else { break };
+            worker.record(simd, record);
         }
         worker.flush(simd);
     }
@@ -139,15 +143,6 @@ pub(super) struct TileWorker<'a, 'b> {
 }
 
 impl<'a> TileWorker<'a, '_> {
-    #[inline(always)]
-    fn wide<S: Simd>(&mut self, simd: S, primitive: &super::bins::Prepared, [tx, ty]: [i32; 2]) {
-        let r = primitive.bounds;
-        let touches = r.x0 >> 6 <= tx && (r.x1 - 1) >> 6 >= tx && r.y0 >> 6 <= ty && (r.y1 - 1) >> 6 >= ty;
-        if touches && let Some(record) = primitive.record(tx, ty) {
-            self.record(simd, &record);
-        }
-    }
-
     #[inline(always)]
     fn record<S: Simd>(&mut self, simd: S, record: &Record) {
         if record.draw != self.draw {
