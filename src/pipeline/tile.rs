@@ -17,7 +17,7 @@ use super::observer::{FragmentEvent, FragmentOutcome, Observer, reborrow};
 use super::pass::Draw;
 use super::raster::{BlockSink, LANE_X, LANE_Y, walk};
 use super::render_pipeline::RenderPipeline;
-use super::shader::{Execution, ShadeBatch, ShadeItem, ShadeSource};
+use super::shader::{Execution, PrimitiveAttributes, ShadeBatch, ShadeItem, ShadeSource};
 use super::state::{DepthPlane, MAX_COLOR_TARGETS, StencilFaceState};
 use super::texture::{TILE_PIXELS, offset_in_tile};
 
@@ -51,6 +51,7 @@ pub(super) struct TileContext<'a> {
 pub(super) struct TileScratch {
     items: Vec<ShadeItem>,
     z: Vec<[f32; 16]>,
+    /// Whether the item faces away.
     facing: Vec<bool>,
     keep: [u16; QUEUE],
     colors: Vec<f32>,
@@ -206,7 +207,12 @@ impl<'a> TileWorker<'a, '_> {
         {
             if pipeline.fragment.per_primitive {
                 for (i, item) in self.scratch.items.iter().enumerate() {
-                    let colors = fragment.primitive_color(&draw.bindings, &source, item.primitive);
+                    let colors = if pipeline.fragment.attributes {
+                        fragment.primitive_color(&draw.bindings, &source, item.primitive)
+                    } else {
+                        let stand_in = [PrimitiveAttributes::facing_only(!self.scratch.facing[i])];
+                        fragment.primitive_color(&draw.bindings, &ShadeSource { primitives: &stand_in, ..source }, 0)
+                    };
                     for (target, color) in colors.iter().enumerate().take(outputs) {
                         for (component, value) in color.iter().enumerate() {
                             self.scratch.colors[((i * outputs + target) * 4 + component) * 16..][..16].fill(*value);
