@@ -50,6 +50,7 @@ pub(super) struct TileContext<'a> {
 /// A worker's buffers.
 pub(super) struct TileScratch {
     items: Vec<ShadeItem>,
+    /// Depth as shaders see it, before it is rounded to what the target stores.
     z: Vec<[f32; 16]>,
     /// Whether the item faces away.
     facing: Vec<bool>,
@@ -259,10 +260,9 @@ impl<'a> TileWorker<'a, '_> {
             let mut z = <f32x16<S> as Lanes>::load(simd, &self.scratch.z[i]);
             if pipeline.desc.program.writes_depth {
                 z = clamp_depth(z, draw);
-                z = quantized(z, pipeline);
                 Lanes::store(z, &mut self.scratch.z[i]);
             }
-            mask = self.test_block(simd, draw, item, i, z, self.scratch.facing[i], mask);
+            mask = self.test_block(simd, draw, item, i, quantized(z, pipeline), self.scratch.facing[i], mask);
         }
         let passed = u64::from(mask.count_ones());
         self.counters.fragments_passed += passed;
@@ -388,7 +388,7 @@ impl<'a> TileWorker<'a, '_> {
                 primitive_id,
                 x: item.x + (lane as u32 & 3),
                 y: item.y + (lane as u32 >> 2),
-                depth: depth_value(kind, z[lane]),
+                depth: depth_value(kind, quantize_depth(kind, z[lane])),
                 outcome,
                 stencil_before: stencil_before.map_or(stencil_after[lane], |b| b[lane]),
                 stencil_after: stencil_after[lane],
@@ -482,11 +482,8 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
         let worker = &mut *self.worker;
         let draw = &worker.context.draws[record.draw as usize];
         let pipeline = draw.pipeline;
-        let mut z = self.depth.at(bx, by);
+        let z = self.depth.at(bx, by);
         let late = pipeline.fragment.late_tests;
-        if !(late && pipeline.desc.program.writes_depth) && pipeline.depth.tests_depth() {
-            z = quantized(z, pipeline);
-        }
         let item = ShadeItem {
             x: (worker.origin[0] + bx) as u32,
             y: (worker.origin[1] + by) as u32,
@@ -501,7 +498,7 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
         let mut covered = u32::from(item.mask);
         if !late {
             let slot = worker.scratch.items.len();
-            covered = worker.test_block(simd, draw, item, slot, z, back, covered);
+            covered = worker.test_block(simd, draw, item, slot, quantized(z, pipeline), back, covered);
         }
         if covered == 0 {
             worker.scratch.z.pop();
