@@ -133,7 +133,7 @@ fn process_part(
         instance: part.instance,
         pipeline,
         view,
-        scissor: draw.scissor.intersect(context.target),
+        scissor: draw.scissor.intersect(context.target).intersect(view.pixels()),
         depth_clip: !pipeline.desc.primitive.unclipped_depth,
         scalars,
         varying_base,
