@@ -11,7 +11,7 @@ use super::depth_stencil::StencilFace;
 use super::format::ChannelKind;
 use super::pass::Draw;
 use super::raster::{BlockSink, walk};
-use super::shader::ShadeSource;
+use super::shader::{PrimitiveAttributes, ShadeSource};
 use super::state::{CompareFunction, StencilOperation};
 use super::texture::{TILE_PIXELS, offset_in_tile};
 use super::tile::{BlockDepth, TileCounters, TileTargets, stencil_face};
@@ -26,8 +26,8 @@ const WRITE: u8 = 2;
 pub(super) enum FastPath {
     /// None.
     General,
-    /// Adds a colour to one f32 target; the colour is the draw's, or each primitive's if `None`.
-    Add { channels: u8, depth: u8, strict: bool, color: Option<[f32; 4]> },
+    /// Adds a colour to one f32 target: the draw's (in front, behind), or each primitive's if `None`.
+    Add { channels: u8, depth: u8, strict: bool, color: Option<[[f32; 4]; 2]> },
     /// Changes the stencil only; depth is not written.
     Stencil { depth: u8, strict: bool },
     /// Tests and writes depth only.
@@ -59,9 +59,11 @@ impl FastPath {
         }
         let one_color = pipeline.interpolation.is_empty() && !pipeline.fragment.attributes;
         let color = one_color.then(|| {
-            let none = [super::shader::PrimitiveAttributes::default()];
-            let source = ShadeSource { primitives: &none, ..source };
-            fragment.primitive_color(&draw.bindings, &source, 0)[0]
+            [true, false].map(|front| {
+                let stand_in = [PrimitiveAttributes::facing_only(front)];
+                let source = ShadeSource { primitives: &stand_in, ..source };
+                fragment.primitive_color(&draw.bindings, &source, 0)[0]
+            })
         });
         Self::Add { channels: target.channels as u8, depth, strict, color }
     }
@@ -86,7 +88,7 @@ pub(super) fn run<S: Simd>(
         FastPath::General => return false,
         FastPath::Add { channels, depth, strict, color } => {
             let color = match (color, &draw.pipeline.desc.program.fragment) {
-                (Some(color), _) => color,
+                (Some(colors), _) => colors[usize::from(record.flags & flag::BACK != 0)],
                 (None, Some(fragment)) => fragment.primitive_color(&draw.bindings, &source, record.attributes)[0],
                 (None, None) => return false,
             };
