@@ -12,7 +12,12 @@
 //! - L5 [`caustics`]
 //! - L7 [`cli`]
 
-#[cfg(not(target_family = "wasm"))]
+pub mod caustics;
 pub mod cli;
+pub mod frame;
+pub mod geom;
 pub mod image;
 pub mod math;
+pub mod passes;
+pub mod pipeline;
+pub mod scene;

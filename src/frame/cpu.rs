@@ -1,0 +1,354 @@
+//! The CPU executor: runs a frame's passes on the software GPU.
+
+use crate::pipeline::{
+    Binding, Bindings, Buffer, ColorAttachment, DepthStencilAttachment, Device, Draw, IndexBuffer, LoadOp, Observer, Pass, PassError, PassOutput,
+    PipelineError, RenderPipeline, Texture, TextureError, VertexBuffer, run_pass,
+};
+use crate::pipeline::state::{PixelRect, Viewport};
+
+use super::description::{BindEntry, Frame, FramePass, FrameTexture, Initial, TextureId, View};
+
+/// Least bin budget that a pass can work with.
+const MIN_BIN_BYTES: u64 = 8 << 20;
+
+/// Why a frame cannot run. Nothing has been drawn when one of these is returned by validation.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FrameError {
+    /// A texture is not possible.
+    #[error(transparent)]
+    Texture(#[from] TextureError),
+    /// A pipeline is not possible.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// A pass is not possible.
+    #[error(transparent)]
+    Pass(#[from] PassError),
+    /// Something refers to what is not there.
+    #[error("pass `{pass}`: {what}")]
+    Reference {
+        /// The pass's label.
+        pass: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// The frame needs more memory than it may use.
+    #[error(
+        "the frame needs {needed_mib} MiB and may use {limit_mib} MiB; the largest part is `{largest}` with {largest_mib} MiB: \
+         lower the image size, the water grid or the shadow map size, or raise the limit"
+    )]
+    Memory {
+        /// Needed, rounded up.
+        needed_mib: u64,
+        /// Allowed.
+        limit_mib: u64,
+        /// Name of the largest resource.
+        largest: String,
+        /// Its size, rounded up.
+        largest_mib: u64,
+    },
+}
+
+/// Sees every pass of a frame, and through [`Observer`] every stage of it.
+pub trait FrameObserver: Send {
+    /// A pass is about to run. Return an observer to see inside of it.
+    fn pass_begin(&mut self, index: usize, pass: &FramePass) -> Option<&mut dyn Observer>;
+    /// A pass has run; `textures` are as it left them.
+    fn pass_end(&mut self, _index: usize, _pass: &FramePass, _textures: &[Texture], _output: &PassOutput) {}
+}
+
+/// What a frame left behind.
+#[derive(Debug)]
+pub struct FrameOutput<'a> {
+    /// By texture number.
+    pub textures: &'a [Texture],
+    /// By pass number.
+    pub passes: Vec<PassOutput>,
+}
+
+impl FrameOutput<'_> {
+    /// A texture.
+    #[must_use]
+    pub fn texture(&self, id: TextureId) -> &Texture {
+        &self.textures[id.index()]
+    }
+}
+
+/// Runs frames. Keeps textures between frames of the same shape, because fresh pages cost more than drawing.
+pub struct CpuExecutor {
+    device: Device,
+    memory_limit_bytes: u64,
+    textures: Vec<Texture>,
+}
+
+impl CpuExecutor {
+    /// An executor on a device that refuses frames above a memory limit (resources and bins).
+    #[must_use]
+    pub fn new(device: Device, memory_limit_bytes: u64) -> Self {
+        Self { device, memory_limit_bytes, textures: Vec::new() }
+    }
+
+    /// The device.
+    #[must_use]
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// Runs a frame.
+    pub fn run(&mut self, frame: &Frame, mut observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError> {
+        self.check_memory(frame)?;
+        check_references(frame)?;
+        let pipelines = frame
+            .pipelines
+            .iter()
+            .map(|desc| RenderPipeline::new(desc.clone(), frame.rules))
+            .collect::<Result<Vec<_>, _>>()?;
+        self.prepare_textures(frame)?;
+        let mut outputs = Vec::with_capacity(frame.passes.len());
+        for (index, pass) in frame.passes.iter().enumerate() {
+            let inside = observer.as_deref_mut().and_then(|o| o.pass_begin(index, pass));
+            let output = run_frame_pass(&self.device, frame, &pipelines, pass, &mut self.textures, inside)?;
+            if let Some(observer) = observer.as_deref_mut() {
+                observer.pass_end(index, pass, &self.textures, &output);
+            }
+            outputs.push(output);
+        }
+        Ok(FrameOutput { textures: &self.textures, passes: outputs })
+    }
+
+    fn check_memory(&self, frame: &Frame) -> Result<(), FrameError> {
+        let bins = (self.device.bin_budget_bytes() as u64).max(MIN_BIN_BYTES);
+        let needed = frame.memory().resources().saturating_add(bins);
+        if needed <= self.memory_limit_bytes {
+            return Ok(());
+        }
+        let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+        let (largest, largest_bytes) = frame.largest_resource().unwrap_or(("bins", bins));
+        Err(FrameError::Memory {
+            needed_mib: mib(needed),
+            limit_mib: self.memory_limit_bytes >> 20,
+            largest: largest.to_owned(),
+            largest_mib: mib(largest_bytes),
+        })
+    }
+
+    /// Makes the frame's textures, or takes those of the last frame, and puts into them what they hold before the first pass.
+    fn prepare_textures(&mut self, frame: &Frame) -> Result<(), FrameError> {
+        self.textures.truncate(frame.textures.len());
+        for (i, described) in frame.textures.iter().enumerate() {
+            let reusable = self.textures.get(i).is_some_and(|t| *t.desc() == described.desc);
+            if !reusable {
+                let texture = Texture::new(described.desc.clone())?;
+                if i < self.textures.len() {
+                    self.textures[i] = texture;
+                } else {
+                    self.textures.push(texture);
+                }
+            }
+            let cleared = is_cleared_first(frame, TextureId(i as u32), &described.desc);
+            fill_initial(&mut self.textures[i], described, reusable && !cleared)?;
+        }
+        Ok(())
+    }
+}
+
+/// Puts a texture's initial contents in place; `stale` if it may hold an earlier frame.
+fn fill_initial(texture: &mut Texture, described: &FrameTexture, stale: bool) -> Result<(), TextureError> {
+    match &described.initial {
+        Initial::Zero => {
+            if stale {
+                for level in 0..described.desc.mip_level_count {
+                    for layer in 0..described.desc.level_size(level).2 {
+                        let surface = texture.surface_mut(level, layer);
+                        surface.planes.fill(0.0);
+                        surface.stencil.fill(0);
+                    }
+                }
+            }
+        }
+        Initial::Layers(layers) => {
+            for (layer, bytes) in layers.iter().enumerate() {
+                texture.write_bytes(0, layer as u32, bytes)?;
+            }
+            texture.generate_mips();
+        }
+    }
+    Ok(())
+}
+
+/// Whether the first thing that happens to a texture is that a pass clears all of it.
+fn is_cleared_first(frame: &Frame, id: TextureId, desc: &crate::pipeline::TextureDescriptor) -> bool {
+    if desc.mip_level_count > 1 || desc.depth_or_layers > 1 {
+        return false;
+    }
+    for pass in &frame.passes {
+        for target in pass.color.iter().flatten() {
+            if target.view.texture == id {
+                return matches!(target.load, LoadOp::Clear(_));
+            }
+        }
+        if let Some(target) = &pass.depth
+            && target.view.texture == id
+        {
+            let format = crate::pipeline::format_info(desc.format);
+            let depth = format.is_none_or(|f| !f.depth) || matches!(target.depth_load, LoadOp::Clear(_));
+            let stencil = format.is_none_or(|f| !f.stencil) || matches!(target.stencil_load, LoadOp::Clear(_));
+            return depth && stencil;
+        }
+        let read = |entry: &BindEntry| *entry == BindEntry::Texture(id);
+        if pass.draws.iter().any(|d| frame.bind_groups[d.bind_group.index()].entries.iter().any(read)) {
+            return false;
+        }
+    }
+    false
+}
+
+/// Every number in the frame points at something.
+fn check_references(frame: &Frame) -> Result<(), FrameError> {
+    let fail = |pass: &str, what: String| Err(FrameError::Reference { pass: pass.to_owned(), what });
+    for (number, group) in frame.bind_groups.iter().enumerate() {
+        for entry in &group.entries {
+            let missing = match entry {
+                BindEntry::Uniform(b, _) | BindEntry::DynamicUniform(b) | BindEntry::Storage(b) => b.index() >= frame.buffers.len(),
+                BindEntry::Texture(t) => t.index() >= frame.textures.len(),
+                BindEntry::Sampler(_) => false,
+            };
+            if missing {
+                return fail("(bind groups)", format!("bind group {number} names {entry:?}, which the frame does not have"));
+            }
+        }
+    }
+    for pass in &frame.passes {
+        let views: Vec<View> = pass.color.iter().flatten().map(|t| t.view).chain(pass.depth.iter().map(|t| t.view)).collect();
+        for (i, view) in views.iter().enumerate() {
+            let Some(texture) = frame.textures.get(view.texture.index()) else {
+                return fail(&pass.label, format!("attachment {i} names texture {}, which the frame does not have", view.texture.index()));
+            };
+            if view.level >= texture.desc.mip_level_count || view.layer >= texture.desc.level_size(view.level).2 {
+                return fail(&pass.label, format!("attachment {i} is level {} layer {} of `{}`", view.level, view.layer, texture.desc.label));
+            }
+            if views[..i].iter().any(|earlier| earlier.texture == view.texture) {
+                return fail(&pass.label, format!("texture `{}` is attached twice", texture.desc.label));
+            }
+        }
+        for (number, draw) in pass.draws.iter().enumerate() {
+            if draw.pipeline.index() >= frame.pipelines.len() || draw.bind_group.index() >= frame.bind_groups.len() {
+                return fail(&pass.label, format!("draw {number} names a pipeline or bind group that the frame does not have"));
+            }
+            let buffers = draw.vertex_buffers.iter().map(|b| b.0).chain(draw.index.iter().map(|i| i.buffer));
+            for buffer in buffers {
+                if buffer.index() >= frame.buffers.len() {
+                    return fail(&pass.label, format!("draw {number} names buffer {}, which the frame does not have", buffer.index()));
+                }
+            }
+        }
+        let mut checked = std::collections::BTreeSet::new();
+        for draw in &pass.draws {
+            if !checked.insert(draw.bind_group) {
+                continue;
+            }
+            for entry in &frame.bind_groups[draw.bind_group.index()].entries {
+                if let BindEntry::Texture(texture) = entry
+                    && views.iter().any(|v| v.texture == *texture)
+                {
+                    let name = &frame.textures[texture.index()].desc.label;
+                    return fail(&pass.label, format!("texture `{name}` is read and drawn to in the same pass"));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn run_frame_pass(
+    device: &Device,
+    frame: &Frame,
+    pipelines: &[RenderPipeline],
+    pass: &FramePass,
+    textures: &mut [Texture],
+    observer: Option<&mut dyn Observer>,
+) -> Result<PassOutput, FrameError> {
+    let views: Vec<View> = pass.color.iter().flatten().map(|t| t.view).chain(pass.depth.iter().map(|t| t.view)).collect();
+    let size = views.first().map_or((1, 1), |view| {
+        let size = frame.textures[view.texture.index()].desc.level_size(view.level);
+        (size.0, size.1)
+    });
+    // Attachments are lent out mutably, all other textures shared.
+    let mut attached: Vec<Option<&mut Texture>> = views.iter().map(|_| None).collect();
+    let mut shared: Vec<Option<&Texture>> = Vec::with_capacity(textures.len());
+    for (i, texture) in textures.iter_mut().enumerate() {
+        match views.iter().position(|v| v.texture.index() == i) {
+            Some(slot) => {
+                attached[slot] = Some(texture);
+                shared.push(None);
+            }
+            None => shared.push(Some(&*texture)),
+        }
+    }
+    let groups: Vec<Vec<Binding<'_>>> = frame
+        .bind_groups
+        .iter()
+        .map(|group| group.entries.iter().map_while(|entry| resolve(frame, entry, &shared)).collect())
+        .collect();
+    let mut vertex_buffers: Vec<VertexBuffer<'_>> = Vec::new();
+    let mut vertex_ranges = Vec::with_capacity(pass.draws.len());
+    for draw in &pass.draws {
+        let start = vertex_buffers.len();
+        vertex_buffers.extend(draw.vertex_buffers.iter().map(|(id, offset)| VertexBuffer { buffer: data(frame, *id), offset: *offset }));
+        vertex_ranges.push(start..vertex_buffers.len());
+    }
+    let draws = pass
+        .draws
+        .iter()
+        .zip(vertex_ranges)
+        .map(|(draw, range)| Draw {
+            pipeline: &pipelines[draw.pipeline.index()],
+            bindings: Bindings::new(&groups[draw.bind_group.index()], draw.dynamic_offset as usize),
+            vertex_buffers: &vertex_buffers[range],
+            index: draw.index.map(|i| IndexBuffer { buffer: data(frame, i.buffer), format: i.format, offset: 0 }),
+            elements: draw.elements.clone(),
+            base_vertex: draw.base_vertex,
+            instances: draw.instances.clone(),
+            viewport: draw.viewport.unwrap_or_else(|| Viewport::full(size.0, size.1)),
+            scissor: draw.scissor.unwrap_or_else(|| PixelRect::full(size.0, size.1)),
+            stencil_reference: draw.stencil_reference,
+            blend_constant: draw.blend_constant,
+            query: draw.query,
+            stream_out: None,
+        })
+        .collect();
+    let mut lent = attached.into_iter();
+    let mut color = Vec::with_capacity(pass.color.len());
+    for target in &pass.color {
+        color.push(match target {
+            Some(target) => lent.next().flatten().map(|texture| ColorAttachment {
+                format: texture.desc().format,
+                surface: texture.surface_mut(target.view.level, target.view.layer),
+                load: target.load,
+            }),
+            None => None,
+        });
+    }
+    let depth_stencil = pass.depth.as_ref().zip(lent.next().flatten()).map(|(target, texture)| DepthStencilAttachment {
+        format: texture.desc().format,
+        surface: texture.surface_mut(target.view.level, target.view.layer),
+        depth_load: target.depth_load,
+        stencil_load: target.stencil_load,
+    });
+    let mut run = Pass { label: pass.label.clone(), color, depth_stencil, draws, query_count: pass.query_count, stream_out: Vec::new() };
+    Ok(run_pass(device, &mut run, observer)?)
+}
+
+fn data(frame: &Frame, id: super::description::BufferId) -> &Buffer {
+    &frame.buffers[id.index()].data
+}
+
+/// A bind group entry as the pipeline takes it; `None` for a texture that this pass draws to (no draw of the pass reads it).
+fn resolve<'a>(frame: &'a Frame, entry: &BindEntry, shared: &[Option<&'a Texture>]) -> Option<Binding<'a>> {
+    Some(match *entry {
+        BindEntry::Uniform(id, offset) => Binding::Uniform { buffer: data(frame, id), offset, dynamic: false },
+        BindEntry::DynamicUniform(id) => Binding::Uniform { buffer: data(frame, id), offset: 0, dynamic: true },
+        BindEntry::Storage(id) => Binding::Storage(data(frame, id)),
+        BindEntry::Texture(id) => Binding::Texture(shared[id.index()]?),
+        BindEntry::Sampler(sampler) => Binding::Sampler(sampler),
+    })
+}

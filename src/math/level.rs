@@ -1,0 +1,71 @@
+//! The SIMD levels of this machine, by name: what tests iterate over and reports print.
+//!
+//! A level never changes a result, only its speed (see [`lanes`](super::lanes)); whoever dispatches takes a
+//! [`Level`] as an argument so that a test can ask for any of them.
+
+use fearless_simd::{Level, Simd, dispatch};
+
+/// Every level this machine can run, scalar first and the fastest last.
+///
+/// At least two entries on any target with SIMD: [`Level::fallback`], which is plain scalar code, is always included.
+#[must_use]
+pub fn available_levels() -> Vec<(&'static str, Level)> {
+    let best = Level::new();
+    let mut levels = vec![Level::fallback()];
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    {
+        levels.extend(best.as_sse2().map(Simd::level));
+        levels.extend(best.as_sse4_2().map(Simd::level));
+        levels.extend(best.as_avx2().map(Simd::level));
+        levels.extend(best.as_avx512().map(Simd::level));
+    }
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    if !best.is_fallback() {
+        levels.push(best);
+    }
+    levels.into_iter().map(|level| (level_name(level), level)).collect()
+}
+
+/// Name of a level in lower case: `scalar`, `sse2`, `sse4.2`, `avx2`, `avx512`, `neon` or `simd128`.
+#[must_use]
+pub fn level_name(level: Level) -> &'static str {
+    dispatch!(level, simd => name_of(simd))
+}
+
+/// The last path segment of the token's type decides: the tokens have one type per level.
+#[inline(always)]
+fn name_of<S: Simd>(_simd: S) -> &'static str {
+    let type_name = std::any::type_name::<S>();
+    match type_name.rsplit("::").next().unwrap_or(type_name) {
+        "Fallback" => "scalar",
+        "Sse2" => "sse2",
+        "Sse4_2" => "sse4.2",
+        "Avx2" => "avx2",
+        "Avx512" => "avx512",
+        "Neon" => "neon",
+        "WasmSimd128" => "simd128",
+        _ => "unknown",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_start_scalar_and_end_with_the_best() {
+        let levels = available_levels();
+        assert_eq!(levels[0].0, "scalar");
+        assert_eq!(levels.last().map(|l| l.0), Some(level_name(Level::new())));
+    }
+
+    #[test]
+    fn levels_have_distinct_known_names() {
+        let levels = available_levels();
+        for (i, (name, level)) in levels.iter().enumerate() {
+            assert_ne!(*name, "unknown");
+            assert_eq!(*name, level_name(*level));
+            assert!(levels[..i].iter().all(|(other, _)| other != name), "{name} is listed twice");
+        }
+    }
+}

@@ -1,0 +1,365 @@
+//! Gradient noise: Perlin's improved noise in two and three dimensions, with exact gradients, and its fractal sum.
+//!
+//! `n(p) = Σ_corners w(p − c) · (g_c · (p − c))`, `w` = product over the axes of the quintic fade
+//! [Perlin, "Improving Noise", SIGGRAPH 2002]. Two things differ from that text. The lattice gradient `g_c` comes from an
+//! integer hash of `(corner, seed)` instead of a 256-entry permutation, so that nothing repeats and every seed is a new field;
+//! and the plane has its own sixteen directions instead of a slice of the space field, which has flat spots there.
+//!
+//! Noise is zero at every lattice point, has continuous second derivatives, mean 0, and features about one unit wide. Coordinates
+//! are pure numbers: divide metres by the wanted feature size first. Every integer coordinate has its own gradient up to ±2²³; beyond
+//! that `f32` has no fraction left and the noise stops varying. NaN and infinite coordinates give NaN.
+
+/// The sixteen unit directions of the plane lattice, `(cos kπ/8, sin kπ/8)`.
+const DIRECTIONS_2D: [[f32; 2]; 16] = {
+    const A: f32 = 0.923_879_5;
+    const B: f32 = 0.382_683_43;
+    const C: f32 = std::f32::consts::FRAC_1_SQRT_2;
+    [
+        [1.0, 0.0],
+        [A, B],
+        [C, C],
+        [B, A],
+        [0.0, 1.0],
+        [-B, A],
+        [-C, C],
+        [-A, B],
+        [-1.0, 0.0],
+        [-A, -B],
+        [-C, -C],
+        [-B, -A],
+        [0.0, -1.0],
+        [B, -A],
+        [C, -C],
+        [A, -B],
+    ]
+};
+
+/// Directions from the centre of a cube to its edges [Perlin 2002], four of them doubled to make the count a power of two.
+const DIRECTIONS_3D: [[f32; 3]; 16] = [
+    [1.0, 1.0, 0.0],
+    [-1.0, 1.0, 0.0],
+    [1.0, -1.0, 0.0],
+    [-1.0, -1.0, 0.0],
+    [1.0, 0.0, 1.0],
+    [-1.0, 0.0, 1.0],
+    [1.0, 0.0, -1.0],
+    [-1.0, 0.0, -1.0],
+    [0.0, 1.0, 1.0],
+    [0.0, -1.0, 1.0],
+    [0.0, 1.0, -1.0],
+    [0.0, -1.0, -1.0],
+    [1.0, 1.0, 0.0],
+    [0.0, -1.0, 1.0],
+    [-1.0, 1.0, 0.0],
+    [0.0, -1.0, -1.0],
+];
+
+/// Unit directions in the plane reach ±1/√2 (at the centre of a cell); this brings them to ±1.
+const SCALE_2D: f32 = std::f32::consts::SQRT_2;
+
+/// A bijective mix of 32 bits in which every input bit reaches every output bit (the finaliser of MurmurHash3).
+#[inline]
+fn mix(mut h: u32) -> u32 {
+    h ^= h >> 16;
+    h = h.wrapping_mul(0x85eb_ca6b);
+    h ^= h >> 13;
+    h = h.wrapping_mul(0xc2b2_ae35);
+    h ^ (h >> 16)
+}
+
+/// Hash of one more lattice coordinate on top of `h`; the odd constant keeps runs of small integers apart.
+#[inline]
+fn fold(h: u32, coordinate: i32) -> u32 {
+    mix(h.wrapping_add(coordinate as u32).wrapping_mul(0x9e37_79b1))
+}
+
+/// Lattice cell and position in it, `x = cell + fraction`, `fraction` in `0..1`.
+#[inline]
+fn split(x: f32) -> (i32, f32) {
+    let cell = x.floor();
+    (cell as i32, x - cell)
+}
+
+/// `6t⁵ − 15t⁴ + 10t³` and its derivative `30t²(t − 1)²` [Perlin 2002].
+#[inline]
+fn fade(t: f32) -> (f32, f32) {
+    let value = t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+    let slope = 30.0 * t * t * (t * (t - 2.0) + 1.0);
+    (value, slope)
+}
+
+#[inline]
+fn direction2(seed: u32, x: i32, y: i32) -> [f32; 2] {
+    // The top bits of a multiplicative mix are its best.
+    DIRECTIONS_2D[(fold(fold(mix(seed), x), y) >> 28) as usize]
+}
+
+#[inline]
+fn direction3(seed: u32, x: i32, y: i32, z: i32) -> [f32; 3] {
+    DIRECTIONS_3D[(fold(fold(fold(mix(seed), x), y), z) >> 28) as usize]
+}
+
+/// Improved Perlin noise in the plane, in −1..=1.
+#[must_use]
+pub fn perlin2(x: f32, y: f32, seed: u32) -> f32 {
+    perlin2_gradient(x, y, seed).0
+}
+
+/// [`perlin2`] and its exact gradient `(∂n/∂x, ∂n/∂y)`.
+///
+/// With `u, v` the fades and `a, b, c, d` the four corner ramps `g · (p − corner)`:
+/// `n = a + u(b − a) + v(c − a) + uv(a − b − c + d)`; the gradient is its derivative by the product rule.
+#[must_use]
+pub fn perlin2_gradient(x: f32, y: f32, seed: u32) -> (f32, [f32; 2]) {
+    let (ix, fx) = split(x);
+    let (iy, fy) = split(y);
+    let (jx, jy) = (ix.wrapping_add(1), iy.wrapping_add(1));
+    let g = [direction2(seed, ix, iy), direction2(seed, jx, iy), direction2(seed, ix, jy), direction2(seed, jx, jy)];
+    let ramp = |g: [f32; 2], dx: f32, dy: f32| g[0] * dx + g[1] * dy;
+    let (a, b) = (ramp(g[0], fx, fy), ramp(g[1], fx - 1.0, fy));
+    let (c, d) = (ramp(g[2], fx, fy - 1.0), ramp(g[3], fx - 1.0, fy - 1.0));
+    let (u, du) = fade(fx);
+    let (v, dv) = fade(fy);
+
+    let (k_u, k_v, k_uv) = (b - a, c - a, a - b - c + d);
+    let value = a + u * k_u + v * k_v + u * v * k_uv;
+    let blend = |i: usize| g[0][i] + u * (g[1][i] - g[0][i]) + v * (g[2][i] - g[0][i]) + u * v * (g[0][i] - g[1][i] - g[2][i] + g[3][i]);
+    let gradient = [blend(0) + du * (k_u + v * k_uv), blend(1) + dv * (k_v + u * k_uv)];
+    (value * SCALE_2D, gradient.map(|d| d * SCALE_2D))
+}
+
+/// Improved Perlin noise in space, in −1.04..=1.04.
+#[must_use]
+pub fn perlin3(x: f32, y: f32, z: f32, seed: u32) -> f32 {
+    perlin3_gradient(x, y, z, seed).0
+}
+
+/// [`perlin3`] and its exact gradient.
+///
+/// The trilinear form of [`perlin2_gradient`], with eight corner ramps.
+#[must_use]
+pub fn perlin3_gradient(x: f32, y: f32, z: f32, seed: u32) -> (f32, [f32; 3]) {
+    let (ix, fx) = split(x);
+    let (iy, fy) = split(y);
+    let (iz, fz) = split(z);
+    let mut g = [[0.0_f32; 3]; 8];
+    let mut ramp = [0.0_f32; 8];
+    for (corner, (g, ramp)) in g.iter_mut().zip(&mut ramp).enumerate() {
+        let (cx, cy, cz) = (corner & 1, (corner >> 1) & 1, corner >> 2);
+        *g = direction3(seed, ix.wrapping_add(cx as i32), iy.wrapping_add(cy as i32), iz.wrapping_add(cz as i32));
+        *ramp = g[0] * (fx - cx as f32) + g[1] * (fy - cy as f32) + g[2] * (fz - cz as f32);
+    }
+    let (u, du) = fade(fx);
+    let (v, dv) = fade(fy);
+    let (w, dw) = fade(fz);
+
+    // Coefficients of the trilinear polynomial in (u, v, w).
+    let coefficients = |c: [f32; 8]| {
+        [
+            c[0],
+            c[1] - c[0],
+            c[2] - c[0],
+            c[4] - c[0],
+            c[0] - c[1] - c[2] + c[3],
+            c[0] - c[2] - c[4] + c[6],
+            c[0] - c[1] - c[4] + c[5],
+            c[1] + c[2] + c[4] + c[7] - c[0] - c[3] - c[5] - c[6],
+        ]
+    };
+    let evaluate = |k: [f32; 8]| k[0] + u * k[1] + v * k[2] + w * k[3] + u * v * k[4] + v * w * k[5] + w * u * k[6] + u * v * w * k[7];
+    let k = coefficients(ramp);
+    let axis = |i: usize| evaluate(coefficients(g.map(|g| g[i])));
+    let gradient = [
+        axis(0) + du * (k[1] + v * k[4] + w * k[6] + v * w * k[7]),
+        axis(1) + dv * (k[2] + u * k[4] + w * k[5] + w * u * k[7]),
+        axis(2) + dw * (k[3] + v * k[5] + u * k[6] + u * v * k[7]),
+    ];
+    (evaluate(k), gradient)
+}
+
+/// How the octaves of fractal noise follow each other.
+///
+/// `f(p) = Σ_i gainⁱ · n_i(lacunarityⁱ · p) / Σ_i gainⁱ`, octave `i` with a seed of its own, so the range stays that of one octave
+/// and no lattice point is a zero of all of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fbm {
+    /// Number of octaves; 0 gives 0 everywhere, more than 32 is cut to 32. Default: 5.
+    pub octaves: u32,
+    /// Frequency ratio of neighbouring octaves. Default: 2.
+    pub lacunarity: f32,
+    /// Amplitude ratio of neighbouring octaves, ≥ 0. Default: 0.5.
+    pub gain: f32,
+}
+
+impl Default for Fbm {
+    fn default() -> Self {
+        Self { octaves: 5, lacunarity: 2.0, gain: 0.5 }
+    }
+}
+
+impl Fbm {
+    /// Amplitude, frequency and seed of each octave, amplitudes summing to 1.
+    fn terms(self, seed: u32) -> impl Iterator<Item = (f32, f32, u32)> {
+        let octaves = self.octaves.min(32);
+        let step = move |(amplitude, frequency): (f32, f32)| (amplitude * self.gain, frequency * self.lacunarity);
+        let amplitude_sum = (0..octaves).fold((0.0, (1.0, 1.0)), |(sum, term), _| (sum + term.0, step(term))).0;
+        let scale = if amplitude_sum > 0.0 { 1.0 / amplitude_sum } else { 0.0 };
+        (0..octaves).scan((1.0, 1.0), move |term, octave| {
+            let (amplitude, frequency) = *term;
+            *term = step(*term);
+            Some((amplitude * scale, frequency, fold(seed, octave as i32)))
+        })
+    }
+
+    /// Fractal noise in the plane, in −1..=1.
+    #[must_use]
+    pub fn at2(self, x: f32, y: f32, seed: u32) -> f32 {
+        self.at2_gradient(x, y, seed).0
+    }
+
+    /// [`Self::at2`] and its exact gradient.
+    #[must_use]
+    pub fn at2_gradient(self, x: f32, y: f32, seed: u32) -> (f32, [f32; 2]) {
+        self.terms(seed).fold((0.0, [0.0; 2]), |(value, gradient), (amplitude, frequency, seed)| {
+            let (n, d) = perlin2_gradient(x * frequency, y * frequency, seed);
+            let slope = amplitude * frequency;
+            (value + amplitude * n, [gradient[0] + slope * d[0], gradient[1] + slope * d[1]])
+        })
+    }
+
+    /// Fractal noise in space, in −1.04..=1.04.
+    #[must_use]
+    pub fn at3(self, x: f32, y: f32, z: f32, seed: u32) -> f32 {
+        self.at3_gradient(x, y, z, seed).0
+    }
+
+    /// [`Self::at3`] and its exact gradient.
+    #[must_use]
+    pub fn at3_gradient(self, x: f32, y: f32, z: f32, seed: u32) -> (f32, [f32; 3]) {
+        self.terms(seed).fold((0.0, [0.0; 3]), |(value, gradient), (amplitude, frequency, seed)| {
+            let (n, d) = perlin3_gradient(x * frequency, y * frequency, z * frequency, seed);
+            let slope = amplitude * frequency;
+            (value + amplitude * n, std::array::from_fn(|i| gradient[i] + slope * d[i]))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Evenly spread points that are no lattice points: multiples of irrational steps.
+    fn points(count: u32) -> impl Iterator<Item = (f32, f32, f32)> {
+        (0..count).map(|i| {
+            let i = i as f32;
+            (i * 0.754_877_7 - 300.0, i * 0.569_840_3 - 200.0, i * 0.411_2 - 100.0)
+        })
+    }
+
+    #[test]
+    fn lattice_points_are_zero() {
+        for i in -5..5 {
+            for j in -5..5 {
+                assert_eq!(perlin2(i as f32, j as f32, 7), 0.0);
+                assert_eq!(perlin3(i as f32, j as f32, (i * j) as f32, 7), 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn values_fill_their_range_and_stay_inside() {
+        let (mut low, mut high, mut sum) = (0.0_f32, 0.0_f32, 0.0_f64);
+        let (mut low3, mut high3) = (0.0_f32, 0.0_f32);
+        for (x, y, z) in points(200_000) {
+            let n = perlin2(x, y, 1);
+            (low, high, sum) = (low.min(n), high.max(n), sum + f64::from(n));
+            let n = perlin3(x, y, z, 1);
+            (low3, high3) = (low3.min(n), high3.max(n));
+        }
+        assert!((-1.0..-0.8).contains(&low) && (0.8..=1.0).contains(&high), "{low} {high}");
+        assert!((-1.04..-0.7).contains(&low3) && (0.7..=1.04).contains(&high3), "{low3} {high3}");
+        assert!((sum / 200_000.0).abs() < 0.01, "mean {}", sum / 200_000.0);
+    }
+
+    #[test]
+    fn gradient_is_the_derivative() {
+        // Central differences in f32: the step balances h² against rounding, hence the bound.
+        const H: f32 = 1.0 / 256.0;
+        for (x, y, z) in points(2_000) {
+            let (x, y, z) = (x * 0.05, y * 0.05, z * 0.05);
+            let g = perlin2_gradient(x, y, 3).1;
+            let dx = (perlin2(x + H, y, 3) - perlin2(x - H, y, 3)) / (2.0 * H);
+            let dy = (perlin2(x, y + H, 3) - perlin2(x, y - H, 3)) / (2.0 * H);
+            assert!((g[0] - dx).abs() < 2e-3 && (g[1] - dy).abs() < 2e-3, "({x}, {y}): {g:?} against {dx}, {dy}");
+
+            let g = perlin3_gradient(x, y, z, 3).1;
+            let dx = (perlin3(x + H, y, z, 3) - perlin3(x - H, y, z, 3)) / (2.0 * H);
+            let dy = (perlin3(x, y + H, z, 3) - perlin3(x, y - H, z, 3)) / (2.0 * H);
+            let dz = (perlin3(x, y, z + H, 3) - perlin3(x, y, z - H, 3)) / (2.0 * H);
+            assert!(
+                (g[0] - dx).abs() < 2e-3 && (g[1] - dy).abs() < 2e-3 && (g[2] - dz).abs() < 2e-3,
+                "({x}, {y}, {z}): {g:?} against {dx}, {dy}, {dz}"
+            );
+        }
+    }
+
+    #[test]
+    fn fractal_gradient_is_the_derivative() {
+        const H: f32 = 1.0 / 512.0;
+        let fbm = Fbm { octaves: 4, lacunarity: 1.9, gain: 0.55 };
+        for (x, y, z) in points(500) {
+            let (x, y, z) = (x * 0.02, y * 0.02, z * 0.02);
+            let g = fbm.at2_gradient(x, y, 9).1;
+            let dx = (fbm.at2(x + H, y, 9) - fbm.at2(x - H, y, 9)) / (2.0 * H);
+            assert!((g[0] - dx).abs() < 5e-3, "({x}, {y}): {} against {dx}", g[0]);
+            let g = fbm.at3_gradient(x, y, z, 9).1;
+            let dz = (fbm.at3(x, y, z + H, 9) - fbm.at3(x, y, z - H, 9)) / (2.0 * H);
+            assert!((g[2] - dz).abs() < 5e-3, "({x}, {y}, {z}): {} against {dz}", g[2]);
+        }
+    }
+
+    #[test]
+    fn seeds_are_unrelated_fields() {
+        let (mut product, mut square) = (0.0_f64, 0.0_f64);
+        for (x, y, _) in points(50_000) {
+            let (a, b) = (f64::from(perlin2(x, y, 1)), f64::from(perlin2(x, y, 2)));
+            product += a * b;
+            square += a * a;
+        }
+        assert!((product / square).abs() < 0.03, "correlation {}", product / square);
+    }
+
+    #[test]
+    fn neighbouring_lattice_gradients_are_unrelated() {
+        let mut product = 0.0_f64;
+        for i in 0..200 {
+            for j in 0..200 {
+                let (a, b) = (direction2(5, i, j), direction2(5, i + 1, j));
+                product += f64::from(a[0] * b[0] + a[1] * b[1]);
+            }
+        }
+        // Standard deviation of the mean of 40,000 products of variance 1/2 is 0.0035.
+        assert!((product / 40_000.0).abs() < 0.014, "mean product {}", product / 40_000.0);
+    }
+
+    #[test]
+    fn odd_coordinates_do_not_panic() {
+        for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert!(perlin2(x, 0.3, 0).is_nan());
+            assert!(perlin3(0.3, x, 0.3, 0).is_nan());
+        }
+        for x in [f32::MAX, f32::MIN, 1e10, -1e10, f32::MIN_POSITIVE] {
+            assert!(perlin2(x, 0.3, 0).is_finite());
+            assert!(perlin3(0.3, 0.3, x, 0).is_finite());
+        }
+        assert_eq!(Fbm { octaves: 0, ..Fbm::default() }.at2(0.3, 0.4, 0), 0.0);
+    }
+
+    /// The same bits on any machine: a few values as they were when the field was defined.
+    #[test]
+    fn field_is_pinned() {
+        let bits = [perlin2(0.3, 7.7, 1), perlin2(-3.25, 100.5, 42), perlin3(0.3, 7.7, -2.2, 1), Fbm::default().at2(0.3, 0.4, 5)]
+            .map(f32::to_bits);
+        assert_eq!(bits, [3_183_467_898, 3_201_163_991, 1_049_864_170, 1_042_935_312]);
+    }
+}

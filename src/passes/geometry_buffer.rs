@@ -1,0 +1,110 @@
+//! What each pixel sees: world position, normal and albedo of the nearest receiver [SF05 §3.5, first pass].
+//!
+//! Targets: `position` (x, y, z in metres, w = 1 + [`MaterialKind`], 0 where there is nothing), `normal` (unit, turned towards the eye),
+//! `albedo` (reflectance of a mirror; white for glass).
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec3, Vec4};
+
+use crate::math::lanes::Lanes;
+use crate::math::vector::{V3, v3, v4};
+use crate::pipeline::shader::{
+    FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
+};
+use crate::pipeline::{BindingKind, Bindings};
+use crate::scene::{Albedo, Material};
+
+use super::camera::CameraUniform;
+
+/// A receiver's vertex in world space.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ReceiverVertex {
+    /// Position, m; w = 1.
+    pub position_ws: Vec4,
+    /// Unit normal; w = 0.
+    pub normal_ws: Vec4,
+}
+
+/// What a pixel's surface does with light, as kept in `position.w − 1`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MaterialKind {
+    /// Lambertian: the only kind that receives caustics.
+    Diffuse = 0,
+    /// Mirror.
+    Mirror = 1,
+    /// Glass.
+    Dielectric = 2,
+}
+
+/// Bindings of the pass: camera, vertices.
+pub const BINDINGS: [BindingKind; 2] =
+    [BindingKind::Uniform(size_of::<CameraUniform>()), BindingKind::Storage(size_of::<ReceiverVertex>())];
+
+/// The program for receivers of one material.
+#[must_use]
+pub fn program(material: &Material) -> Arc<Program> {
+    let fragment = match material {
+        Material::Diffuse { albedo } => Fragment { albedo: albedo.clone(), kind: MaterialKind::Diffuse },
+        Material::Mirror { reflectance } => Fragment { albedo: Albedo::Solid(*reflectance), kind: MaterialKind::Mirror },
+        Material::Dielectric { .. } => Fragment { albedo: Albedo::Solid(Vec3::ONE), kind: MaterialKind::Dielectric },
+    };
+    let varying = |name| Varying { name, components: 3, interpolation: Interpolation::Perspective };
+    Arc::new(Program {
+        varyings: vec![varying("position_ws"), varying("normal_ws")],
+        bindings: BINDINGS.to_vec(),
+        ..Program::new("geometry_buffer", Vertex, fragment)
+    })
+}
+
+struct Vertex;
+
+impl VertexShader for Vertex {
+    fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
+        let camera: &CameraUniform = bindings.uniform(0);
+        let vertices: &[ReceiverVertex] = bindings.storage(1);
+        let fetch = |f: fn(&ReceiverVertex) -> f32| input.per_vertex(|i| vertices.get(i as usize).map_or(0.0, f));
+        let position = v3(fetch(|v| v.position_ws.x), fetch(|v| v.position_ws.y), fetch(|v| v.position_ws.z));
+        let normal = v3(fetch(|v| v.normal_ws.x), fetch(|v| v.normal_ws.y), fetch(|v| v.normal_ws.z));
+        output.position = camera.project(position);
+        output.set3(0, position);
+        output.set3(3, normal);
+    }
+}
+
+struct Fragment {
+    albedo: Albedo,
+    kind: MaterialKind,
+}
+
+impl FragmentShader for Fragment {
+    fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
+        let camera: &CameraUniform = bindings.uniform(0);
+        let position: V3<L> = input.varying3(0);
+        let normal = input.varying3(3).normalize();
+        // Both sides of an open surface are receivers.
+        let away = normal.dot(camera.view_direction(position)).gt(position.x.like(0.0));
+        let normal = V3::select(away, -normal, normal);
+        let albedo = match &self.albedo {
+            Albedo::Solid(color) => V3::splat(input.token, *color),
+            pattern => {
+                let mut lanes = [Vec3::ZERO; 16];
+                for (i, lane) in lanes.iter_mut().enumerate().take(L::LEN) {
+                    let at = Vec3::new(position.x.lane(i), position.y.lane(i), position.z.lane(i));
+                    *lane = pattern.at(at, Vec3::new(normal.x.lane(i), normal.y.lane(i), normal.z.lane(i)));
+                }
+                v3(
+                    L::from_fn(input.token, |i| lanes[i].x),
+                    L::from_fn(input.token, |i| lanes[i].y),
+                    L::from_fn(input.token, |i| lanes[i].z),
+                )
+            }
+        };
+        let one = position.x.like(1.0);
+        output.color[0] = v4(position.x, position.y, position.z, position.x.like(1.0 + self.kind as u8 as f32));
+        output.color[1] = v4(normal.x, normal.y, normal.z, one);
+        output.color[2] = v4(albedo.x, albedo.y, albedo.z, one);
+    }
+}

@@ -1,0 +1,73 @@
+//! One light over every pixel: direct irradiance in the dry, and whether light through flat water reaches what is under it.
+//!
+//! Targets: `direct` (W/m², added up over lights), `visibility` (share of the light in 0..=1 under water).
+
+use std::sync::Arc;
+
+use crate::math::lanes::{Lanes, Mask};
+use crate::math::vector::{V3, v3, v4};
+use crate::pipeline::sampler::sample_compare;
+use crate::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Program};
+use crate::pipeline::{BindingKind, Bindings};
+
+use super::camera::CameraUniform;
+use super::fullscreen::FullscreenVertex;
+use super::shadow_map::{LightUniform, none};
+
+/// Bindings: camera, light, position, normal, map through air, map through water, comparison sampler.
+pub const BINDINGS: [BindingKind; 7] = [
+    BindingKind::Uniform(size_of::<CameraUniform>()),
+    BindingKind::Uniform(size_of::<LightUniform>()),
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Sampler,
+];
+
+/// The program; without shadows everything is lit.
+#[must_use]
+pub fn program(air_shadows: bool, water_shadows: bool) -> Arc<Program> {
+    Arc::new(Program { bindings: BINDINGS.to_vec(), ..Program::new("light", FullscreenVertex, Fragment { air_shadows, water_shadows }) })
+}
+
+struct Fragment {
+    air_shadows: bool,
+    water_shadows: bool,
+}
+
+impl FragmentShader for Fragment {
+    fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
+        let camera: &CameraUniform = bindings.uniform(0);
+        let light: &LightUniform = bindings.uniform(1);
+        let (position, normal) = (bindings.texture(2), bindings.texture(3));
+        let here = |texture, c| input.texel_here(texture, c);
+        let p = v3(here(position, 0), here(position, 1), here(position, 2));
+        let n: V3<L> = v3(here(normal, 0), here(normal, 1), here(normal, 2));
+        let (zero, one) = (p.x.like(0.0), p.x.like(1.0));
+        let exists = here(position, 3).gt(zero);
+        let wet = camera.under_water(p) & exists;
+        let dry = exists & !wet;
+        let sampler = bindings.sampler(6);
+
+        let mut direct = v3(zero, zero, zero);
+        if !none(dry) {
+            let incident = light.at(p);
+            let cos = Lanes::max(-n.dot(incident.direction), zero);
+            let mut lit = one;
+            if self.air_shadows {
+                let (uv, depth, inside) = light.through_air(p);
+                lit = L::select(inside, sample_compare(bindings.texture(4), &sampler, uv, 0, depth), one);
+            }
+            direct = V3::select(dry, incident.irradiance * (cos * lit), direct);
+        }
+        let mut visibility = one;
+        if self.water_shadows && !none(wet) {
+            let (uv, depth) = light.through_water(p);
+            visibility = sample_compare(bindings.texture(5), &sampler, uv, 0, depth);
+        }
+        let visibility = L::select(wet, visibility, zero);
+        output.color[0] = v4(direct.x, direct.y, direct.z, one);
+        output.color[1] = v4(visibility, zero, zero, one);
+    }
+}

@@ -1,0 +1,16 @@
+//! Passes that techniques share, each a program, its uniforms and a function that adds it to a frame.
+//!
+//! - [`geometry_buffer`]: what each pixel sees: position, normal, albedo.
+//! - [`shadow_map`]: what a light sees, through air, and through flat water.
+//! - [`light`]: direct light and visibility of each pixel for one light.
+//! - [`shade`]: irradiance to radiance.
+//! - [`water_surface`]: the picture: sky, receivers, and the water in front of them.
+
+pub mod camera;
+pub mod environment;
+pub mod fullscreen;
+pub mod geometry_buffer;
+pub mod light;
+pub mod shade;
+pub mod shadow_map;
+pub mod water_surface;

@@ -1,0 +1,143 @@
+//! Blending and the write to a colour target, for one 4x4 block.
+
+use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
+
+use crate::math::lanes::Lanes;
+
+use super::format::{ChannelKind, FormatInfo, Quantizer};
+use super::state::{BlendComponent, BlendFactor, BlendOperation, BlendState, ColorTargetState, ColorWrites, F16Rounding};
+use super::texture::TILE_PIXELS;
+
+/// Everything about a colour target that a draw's blending needs, worked out once per pipeline.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TargetPlan {
+    pub channels: usize,
+    pub blend: Option<BlendState>,
+    pub write_mask: ColorWrites,
+    quantizer: Quantizer,
+    /// Unorm targets clamp source and constant to 0..=1 before blending [D3D11.3 §17.5].
+    clamp: bool,
+}
+
+impl TargetPlan {
+    pub fn new(state: &ColorTargetState, info: FormatInfo, f16: F16Rounding) -> Self {
+        let clamp = matches!(info.kind, ChannelKind::Unorm8 | ChannelKind::Srgb8);
+        let quantizer = Quantizer::new(info.kind, f16);
+        Self { channels: info.channels, blend: state.blend, write_mask: state.write_mask, quantizer, clamp }
+    }
+
+    /// Plain additive f32: the sum of what was there and what the shader gave, in every channel.
+    pub fn is_additive_f32(&self) -> bool {
+        let additive = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
+        let all = (0..self.channels).all(|c| self.writes(c));
+        self.quantizer == Quantizer::Exact && all && self.blend.is_some_and(|b| b.color == additive && b.alpha == additive)
+    }
+
+    /// Whether a channel is written at all.
+    #[inline(always)]
+    fn writes(&self, channel: usize) -> bool {
+        self.write_mask.bits() >> channel & 1 == 1
+    }
+
+    /// Blends a block's colours into a tile's planes. `source` is `[component][16]`, `source1` the second source of dual-source
+    /// blending, `offset` the block's place in a plane.
+    #[inline(always)]
+    pub fn store<S: Simd>(
+        &self,
+        simd: S,
+        planes: &mut [f32],
+        offset: usize,
+        mask: u32,
+        source: &[f32],
+        source1: &[f32],
+        constant: [f32; 4],
+    ) {
+        let lanes = mask32x16::from_bitmask(simd, u64::from(mask));
+        let load4 = |from: &[f32]| {
+            [0, 1, 2, 3].map(|c: usize| {
+                let value = <f32x16<S> as Lanes>::load(simd, &from[c * 16..]);
+                if self.clamp { Lanes::clamp(value, 0.0, 1.0) } else { value }
+            })
+        };
+        let src = load4(source);
+        let mut result = src;
+        if let Some(blend) = self.blend {
+            let one = <f32x16<S> as Lanes>::splat(simd, 1.0);
+            let zero = <f32x16<S> as Lanes>::splat(simd, 0.0);
+            let mut dst = [zero, zero, zero, one];
+            for (c, value) in dst.iter_mut().enumerate().take(self.channels) {
+                *value = Lanes::load(simd, &planes[c * TILE_PIXELS + offset..]);
+            }
+            let constant = constant.map(|v| <f32x16<S> as Lanes>::splat(simd, if self.clamp { v.clamp(0.0, 1.0) } else { v }));
+            let operands = Operands { src, src1: load4(source1), dst, constant };
+            for (c, value) in result.iter_mut().enumerate().take(self.channels) {
+                let component = if c == 3 { blend.alpha } else { blend.color };
+                *value = operands.blend(component, c);
+            }
+        }
+        for (c, value) in result.into_iter().enumerate().take(self.channels) {
+            if !self.writes(c) {
+                continue;
+            }
+            let plane = &mut planes[c * TILE_PIXELS + offset..][..16];
+            let value = if self.quantizer == Quantizer::Exact { value } else { Lanes::map(value, |v| self.quantizer.apply(v, c)) };
+            let old = <f32x16<S> as Lanes>::load(simd, plane);
+            Lanes::store(<f32x16<S> as Lanes>::select(lanes, value, old), plane);
+        }
+    }
+}
+
+/// What the blend equation reads.
+struct Operands<S: Simd> {
+    src: [f32x16<S>; 4],
+    src1: [f32x16<S>; 4],
+    dst: [f32x16<S>; 4],
+    constant: [f32x16<S>; 4],
+}
+
+impl<S: Simd> Operands<S> {
+    /// `src·f_s OP dst·f_d`; minimum and maximum ignore the factors.
+    #[inline(always)]
+    fn blend(&self, component: BlendComponent, c: usize) -> f32x16<S> {
+        let (s, d) = (self.src[c], self.dst[c]);
+        let scaled = |value, factor| self.scale(value, factor, c);
+        match component.operation {
+            BlendOperation::Add => scaled(s, component.src_factor) + scaled(d, component.dst_factor),
+            BlendOperation::Subtract => scaled(s, component.src_factor) - scaled(d, component.dst_factor),
+            BlendOperation::ReverseSubtract => scaled(d, component.dst_factor) - scaled(s, component.src_factor),
+            BlendOperation::Min => Lanes::min(s, d),
+            BlendOperation::Max => Lanes::max(s, d),
+        }
+    }
+
+    #[inline(always)]
+    fn scale(&self, value: f32x16<S>, factor: BlendFactor, c: usize) -> f32x16<S> {
+        let one = |x: f32x16<S>| -x + 1.0;
+        let f = match factor {
+            BlendFactor::Zero => value * 0.0,
+            BlendFactor::One => return value,
+            BlendFactor::Src => self.src[c],
+            BlendFactor::OneMinusSrc => one(self.src[c]),
+            BlendFactor::SrcAlpha => self.src[3],
+            BlendFactor::OneMinusSrcAlpha => one(self.src[3]),
+            BlendFactor::Dst => self.dst[c],
+            BlendFactor::OneMinusDst => one(self.dst[c]),
+            BlendFactor::DstAlpha => self.dst[3],
+            BlendFactor::OneMinusDstAlpha => one(self.dst[3]),
+            BlendFactor::SrcAlphaSaturated if c == 3 => return value,
+            BlendFactor::SrcAlphaSaturated => Lanes::min(self.src[3], one(self.dst[3])),
+            BlendFactor::Constant => self.constant[c],
+            BlendFactor::OneMinusConstant => one(self.constant[c]),
+            BlendFactor::Src1 => self.src1[c],
+            BlendFactor::OneMinusSrc1 => one(self.src1[c]),
+            BlendFactor::Src1Alpha => self.src1[3],
+            BlendFactor::OneMinusSrc1Alpha => one(self.src1[3]),
+        };
+        if factor == BlendFactor::Zero { f } else { value * f }
+    }
+}
+
+/// True if the factor reads the second source of dual-source blending.
+pub(super) fn reads_second_source(factor: BlendFactor) -> bool {
+    matches!(factor, BlendFactor::Src1 | BlendFactor::OneMinusSrc1 | BlendFactor::Src1Alpha | BlendFactor::OneMinusSrc1Alpha)
+}

@@ -1,0 +1,118 @@
+//! Depth and stencil tests and the stencil operations, for one fragment and for a 4x4 block.
+
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x16, mask8x16, mask32x16, u8x16};
+
+use crate::math::lanes::Lanes;
+
+use super::state::{CompareFunction, StencilFaceState, StencilOperation};
+
+/// `a OP b`; false for NaN except `NotEqual` and `Always`.
+#[inline(always)]
+#[must_use]
+pub fn compare(function: CompareFunction, a: f32, b: f32) -> bool {
+    match function {
+        CompareFunction::Never => false,
+        CompareFunction::Less => a < b,
+        CompareFunction::Equal => a == b,
+        CompareFunction::LessEqual => a <= b,
+        CompareFunction::Greater => a > b,
+        CompareFunction::NotEqual => a != b,
+        CompareFunction::GreaterEqual => a >= b,
+        CompareFunction::Always => true,
+    }
+}
+
+/// [`compare`] for sixteen lanes.
+#[inline(always)]
+pub(super) fn compare16<S: Simd>(simd: S, function: CompareFunction, a: f32x16<S>, b: f32x16<S>) -> mask32x16<S> {
+    match function {
+        CompareFunction::Never => mask32x16::splat(simd, false),
+        CompareFunction::Less => Lanes::lt(a, b),
+        CompareFunction::Equal => Lanes::equals(a, b),
+        CompareFunction::LessEqual => Lanes::le(a, b),
+        CompareFunction::Greater => Lanes::lt(b, a),
+        CompareFunction::NotEqual => !Lanes::equals(a, b),
+        CompareFunction::GreaterEqual => Lanes::le(b, a),
+        CompareFunction::Always => mask32x16::splat(simd, true),
+    }
+}
+
+/// The value a stencil operation leaves.
+#[must_use]
+pub fn stencil_operation(operation: StencilOperation, value: u8, reference: u8) -> u8 {
+    match operation {
+        StencilOperation::Keep => value,
+        StencilOperation::Zero => 0,
+        StencilOperation::Replace => reference,
+        StencilOperation::Invert => !value,
+        StencilOperation::IncrementClamp => value.saturating_add(1),
+        StencilOperation::DecrementClamp => value.saturating_sub(1),
+        StencilOperation::IncrementWrap => value.wrapping_add(1),
+        StencilOperation::DecrementWrap => value.wrapping_sub(1),
+    }
+}
+
+/// [`stencil_operation`] for sixteen pixels.
+#[inline(always)]
+pub(super) fn stencil_operation16<S: Simd>(simd: S, operation: StencilOperation, value: u8x16<S>, reference: u8) -> u8x16<S> {
+    match operation {
+        StencilOperation::Keep => value,
+        StencilOperation::Zero => u8x16::splat(simd, 0),
+        StencilOperation::Replace => u8x16::splat(simd, reference),
+        StencilOperation::Invert => !value,
+        StencilOperation::IncrementClamp => simd.saturating_add_u8x16(value, u8x16::splat(simd, 1)),
+        StencilOperation::DecrementClamp => simd.saturating_sub_u8x16(value, u8x16::splat(simd, 1)),
+        StencilOperation::IncrementWrap => value + u8x16::splat(simd, 1),
+        StencilOperation::DecrementWrap => value - u8x16::splat(simd, 1),
+    }
+}
+
+#[inline(always)]
+fn compare_u8<S: Simd>(simd: S, function: CompareFunction, a: u8x16<S>, b: u8x16<S>) -> mask8x16<S> {
+    match function {
+        CompareFunction::Never => mask8x16::splat(simd, false),
+        CompareFunction::Less => a.simd_lt(b),
+        CompareFunction::Equal => a.simd_eq(b),
+        CompareFunction::LessEqual => a.simd_le(b),
+        CompareFunction::Greater => a.simd_gt(b),
+        CompareFunction::NotEqual => !a.simd_eq(b),
+        CompareFunction::GreaterEqual => a.simd_ge(b),
+        CompareFunction::Always => mask8x16::splat(simd, true),
+    }
+}
+
+/// The stencil half of a draw's state for one facing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StencilFace {
+    pub state: StencilFaceState,
+    pub reference: u8,
+    pub read_mask: u8,
+    pub write_mask: u8,
+}
+
+impl StencilFace {
+    /// Which of the pixels in `mask` pass: `(reference & read) OP (stencil & read)`.
+    #[inline(always)]
+    pub fn test<S: Simd>(&self, simd: S, stencil: &[u8], mask: u32) -> u32 {
+        if self.state.compare == CompareFunction::Always {
+            return mask;
+        }
+        let stored = u8x16::from_slice(simd, &stencil[..16]) & u8x16::splat(simd, self.read_mask);
+        let reference = u8x16::splat(simd, self.reference & self.read_mask);
+        mask & compare_u8(simd, self.state.compare, reference, stored).to_bitmask() as u32
+    }
+
+    /// Applies an operation to the pixels in `mask`.
+    #[inline(always)]
+    pub fn apply<S: Simd>(&self, simd: S, operation: StencilOperation, stencil: &mut [u8], mask: u32) {
+        if operation == StencilOperation::Keep || mask == 0 {
+            return;
+        }
+        let old = u8x16::from_slice(simd, &stencil[..16]);
+        let new = stencil_operation16(simd, operation, old, self.reference);
+        let write = u8x16::splat(simd, self.write_mask);
+        let merged = (old & !write) | (new & write);
+        let selected = simd.select_u8x16(mask8x16::from_bitmask(simd, u64::from(mask)), merged, old);
+        selected.store_slice(&mut stencil[..16]);
+    }
+}

@@ -1,0 +1,629 @@
+//! A render pass: attachments, draws, and the order of everything.
+//!
+//! Chunks of primitives run the geometry phase in parallel, each into its own bins; then tiles run in parallel, each through all chunks in
+//! order. When the bins' byte budget is reached the tiles run and the pass goes on with the next chunks: a *wave*. Where chunks and waves are
+//! cut depends on the draws alone, never on threads, and a tile sees primitives in submission order either way, so the bytes are the same.
+
+use std::ops::Range;
+use std::sync::Mutex;
+
+use fearless_simd::Level;
+use rayon::prelude::*;
+pub use wgpu_types::LoadOp;
+
+use super::assemble::{Assembly, IndexBuffer};
+use super::bindings::Bindings;
+use super::chunk::{ChunkContext, ChunkOutput, Part, process_chunk};
+use super::fetch::VertexBuffer;
+use super::format::{ChannelKind, Quantizer, format_info, quantize_depth};
+use super::observer::{Observer, reborrow};
+use super::render_pipeline::{PrimitiveClass, RenderPipeline};
+use super::shader::{Execution, ShaderWidth};
+use super::state::{Color, MAX_COLOR_TARGETS, PixelRect, TextureFormat, VertexStepMode, Viewport};
+use super::statistics::{PipelineStatistics, StreamOutStatistics};
+use super::texture::{Surface, TILE, TILE_PIXELS};
+use super::tile::{TileContext, TileCounters, TileScratch, TileTargets, run_tile};
+
+/// Fewest and most output primitives of a chunk. Between them a pass has about [`CHUNKS`].
+const CHUNK_PRIMITIVES: Range<u64> = 512..16_384;
+const CHUNKS: u64 = 48;
+/// Chunks that are run between two looks at the byte budget.
+const CHUNK_GROUP: usize = 16;
+
+/// Where passes run: threads, SIMD level, memory. Results do not depend on any of them.
+pub struct Device {
+    pool: rayon::ThreadPool,
+    execution: Execution,
+    bin_budget_bytes: usize,
+    /// Buffers of earlier passes.
+    spare: Mutex<Vec<ChunkOutput>>,
+}
+
+/// How to make a [`Device`].
+#[derive(Clone, Copy, Debug)]
+pub struct DeviceOptions {
+    /// Worker threads; `None` for one per core. Default: `None`.
+    pub threads: Option<usize>,
+    /// SIMD level; `None` for the machine's best. Default: `None`.
+    pub level: Option<Level>,
+    /// Lanes per shader call. Default: sixteen.
+    pub width: ShaderWidth,
+    /// Bytes of bins before the tiles run. Default: 256 MiB.
+    pub bin_budget_bytes: usize,
+}
+
+impl Default for DeviceOptions {
+    fn default() -> Self {
+        Self { threads: None, level: None, width: ShaderWidth::Sixteen, bin_budget_bytes: 256 << 20 }
+    }
+}
+
+/// The worker threads could not be started.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot start {threads} worker threads: {why}")]
+pub struct DeviceError {
+    /// Threads asked for; 0 means one per core.
+    pub threads: usize,
+    /// The system's reason.
+    pub why: String,
+}
+
+impl Device {
+    /// Starts the worker threads.
+    pub fn new(options: DeviceOptions) -> Result<Self, DeviceError> {
+        let threads = options.threads.unwrap_or(0);
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|error| DeviceError { threads, why: error.to_string() })?;
+        let level = options.level.unwrap_or_else(Level::new);
+        Ok(Self {
+            pool,
+            execution: Execution { level, width: options.width },
+            bin_budget_bytes: options.bin_budget_bytes,
+            spare: Mutex::default(),
+        })
+    }
+
+    /// How shaders run.
+    #[must_use]
+    pub fn execution(&self) -> Execution {
+        self.execution
+    }
+
+    /// Worker threads.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Most bytes that bins may take before a wave is flushed.
+    #[must_use]
+    pub fn bin_budget_bytes(&self) -> usize {
+        self.bin_budget_bytes
+    }
+
+    /// Runs other data-parallel work on the device's threads.
+    pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        self.pool.install(work)
+    }
+
+    fn take_buffer(&self) -> ChunkOutput {
+        // A poisoned lock only means that another thread panicked; the buffers are fine.
+        self.spare.lock().unwrap_or_else(std::sync::PoisonError::into_inner).pop().unwrap_or_default()
+    }
+
+    fn give_back(&self, mut buffers: Vec<ChunkOutput>) {
+        let mut spare = self.spare.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        buffers.reverse();
+        spare.append(&mut buffers);
+    }
+}
+
+/// One draw of a pass.
+#[derive(Clone, Debug)]
+pub struct Draw<'a> {
+    /// Program and fixed state.
+    pub pipeline: &'a RenderPipeline,
+    /// What the shaders read.
+    pub bindings: Bindings<'a>,
+    /// By slot of the pipeline's layouts.
+    pub vertex_buffers: &'a [VertexBuffer<'a>],
+    /// Index buffer, if indexed.
+    pub index: Option<IndexBuffer<'a>>,
+    /// Vertices, or places in the index buffer.
+    pub elements: Range<u32>,
+    /// Added to every index.
+    pub base_vertex: i32,
+    /// Instances.
+    pub instances: Range<u32>,
+    /// Where clip space goes.
+    pub viewport: Viewport,
+    /// Pixels that may change.
+    pub scissor: PixelRect,
+    /// Stencil reference; the low 8 bits count.
+    pub stencil_reference: u32,
+    /// Blend constant.
+    pub blend_constant: [f32; 4],
+    /// Occlusion query that counts this draw's fragments.
+    pub query: Option<u32>,
+    /// Stream-out target that this draw's primitives are appended to.
+    pub stream_out: Option<u32>,
+}
+
+impl<'a> Draw<'a> {
+    /// A draw of `elements` vertices over the whole of a target.
+    #[must_use]
+    pub fn new(pipeline: &'a RenderPipeline, bindings: Bindings<'a>, elements: Range<u32>, size: (u32, u32)) -> Self {
+        Self {
+            pipeline,
+            bindings,
+            vertex_buffers: &[],
+            index: None,
+            elements,
+            base_vertex: 0,
+            instances: 0..1,
+            viewport: Viewport::full(size.0, size.1),
+            scissor: PixelRect::full(size.0, size.1),
+            stencil_reference: 0,
+            blend_constant: [0.0; 4],
+            query: None,
+            stream_out: None,
+        }
+    }
+}
+
+/// A colour attachment.
+pub struct ColorAttachment<'a> {
+    /// What is drawn to.
+    pub surface: &'a mut Surface,
+    /// Its format.
+    pub format: TextureFormat,
+    /// What it holds before the first draw. Integer formats take the red number as an integer.
+    pub load: LoadOp<Color>,
+}
+
+/// The depth-stencil attachment.
+pub struct DepthStencilAttachment<'a> {
+    /// What is drawn to.
+    pub surface: &'a mut Surface,
+    /// Its format.
+    pub format: TextureFormat,
+    /// Depth before the first draw.
+    pub depth_load: LoadOp<f32>,
+    /// Stencil before the first draw.
+    pub stencil_load: LoadOp<u32>,
+}
+
+/// Where stream-out goes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StreamOutTarget {
+    /// Per vertex: clip position (4), then the varyings' scalars.
+    pub data: Vec<f32>,
+    /// Most floats that `data` may have; later primitives are counted but not written.
+    pub capacity: usize,
+}
+
+/// Attachments, draws and counters of a pass.
+#[derive(Default)]
+pub struct Pass<'a> {
+    /// Name in errors.
+    pub label: String,
+    /// Colour attachments; `None` for a hole.
+    pub color: Vec<Option<ColorAttachment<'a>>>,
+    /// Depth-stencil attachment.
+    pub depth_stencil: Option<DepthStencilAttachment<'a>>,
+    /// In submission order.
+    pub draws: Vec<Draw<'a>>,
+    /// Occlusion queries.
+    pub query_count: usize,
+    /// Stream-out targets.
+    pub stream_out: Vec<StreamOutTarget>,
+}
+
+/// What a pass counted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PassOutput {
+    /// Pipeline statistics of all draws.
+    pub statistics: PipelineStatistics,
+    /// Exact number of fragments passed, per query.
+    pub queries: Vec<u64>,
+    /// Per stream-out target.
+    pub stream_out: Vec<StreamOutStatistics>,
+    /// Times that the tiles ran.
+    pub waves: u32,
+}
+
+/// What is wrong with a pass.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PassError {
+    /// The attachments do not fit together.
+    #[error("pass `{pass}`: {what}")]
+    Attachments {
+        /// The pass's label.
+        pass: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// A draw does not fit the pass or its pipeline.
+    #[error("pass `{pass}`, draw {draw} (pipeline `{pipeline}`): {what}")]
+    Draw {
+        /// The pass's label.
+        pass: String,
+        /// The draw's number.
+        draw: usize,
+        /// Its pipeline's label.
+        pipeline: String,
+        /// What is wrong.
+        what: String,
+    },
+}
+
+impl Pass<'_> {
+    /// Width and height of the attachments.
+    fn size(&self) -> Option<(u32, u32)> {
+        let color = self.color.iter().flatten().map(|a| (a.surface.width, a.surface.height)).next();
+        color.or_else(|| self.depth_stencil.as_ref().map(|a| (a.surface.width, a.surface.height)))
+    }
+
+    /// Checks everything a draw relies on.
+    fn validate(&self) -> Result<(u32, u32), PassError> {
+        let attachments = |what: String| PassError::Attachments { pass: self.label.clone(), what };
+        if self.color.len() > MAX_COLOR_TARGETS {
+            return Err(attachments(format!("{} colour attachments; at most {MAX_COLOR_TARGETS}", self.color.len())));
+        }
+        let Some(size) = self.size() else {
+            // Stream-out alone needs no attachment.
+            if self.draws.iter().all(|d| d.pipeline.desc.rasterizer_discard) {
+                return self.validate_draws((1, 1)).map(|()| (1, 1));
+            }
+            return Err(attachments("no attachment to draw to".into()));
+        };
+        let surfaces = self.color.iter().flatten().map(|a| (&*a.surface, a.format));
+        for (surface, format) in surfaces.chain(self.depth_stencil.iter().map(|a| (&*a.surface, a.format))) {
+            if (surface.width, surface.height) != size {
+                let seen = (surface.width, surface.height);
+                return Err(attachments(format!("attachments of {size:?} and {seen:?} pixels; all must have one size")));
+            }
+            let fits = format_info(format).is_some_and(|i| i.channels == surface.channels && i.stencil != surface.stencil.is_empty());
+            if !fits {
+                return Err(attachments(format!("the surface does not have the planes of {format:?}")));
+            }
+        }
+        self.validate_draws(size).map(|()| size)
+    }
+
+    fn validate_draws(&self, size: (u32, u32)) -> Result<(), PassError> {
+        for (number, draw) in self.draws.iter().enumerate() {
+            if let Some(what) = self.draw_problem(draw, size) {
+                let pipeline = draw.pipeline.desc.label.clone();
+                return Err(PassError::Draw { pass: self.label.clone(), draw: number, pipeline, what });
+            }
+        }
+        Ok(())
+    }
+
+    fn draw_problem(&self, draw: &Draw<'_>, size: (u32, u32)) -> Option<String> {
+        let desc = &draw.pipeline.desc;
+        if let Some(what) = draw.bindings.mismatch(&desc.program.bindings) {
+            return Some(what);
+        }
+        if !desc.rasterizer_discard {
+            for slot in 0..self.color.len().max(desc.targets.len()) {
+                let attached = self.color.get(slot).and_then(|a| a.as_ref()).map(|a| a.format);
+                let expected = desc.targets.get(slot).and_then(|t| t.as_ref()).map(|t| t.format);
+                if attached != expected {
+                    return Some(format!("target {slot} is {attached:?}, the pipeline writes {expected:?}"));
+                }
+            }
+            let attached = self.depth_stencil.as_ref().map(|a| a.format);
+            let expected = desc.depth_stencil.as_ref().map(|d| d.format);
+            if attached != expected {
+                return Some(format!("depth-stencil attachment is {attached:?}, the pipeline expects {expected:?}"));
+            }
+        }
+        let v = draw.viewport;
+        let numbers = [v.x, v.y, v.width, v.height, v.min_depth, v.max_depth];
+        if !numbers.iter().all(|n| n.is_finite()) || v.width < 0.0 || v.height < 0.0 || v.width > 32768.0 || v.height > 32768.0 {
+            return Some(format!("viewport {v:?}: sizes must be in 0..=32768 and all numbers finite"));
+        }
+        if !(-32768.0..=32767.0).contains(&v.x) || !(-32768.0..=32767.0).contains(&v.y) {
+            return Some(format!("viewport origin ({}, {}) is outside -32768..=32767", v.x, v.y));
+        }
+        if !(0.0..=1.0).contains(&v.min_depth) || !(0.0..=1.0).contains(&v.max_depth) || v.min_depth > v.max_depth {
+            return Some(format!("viewport depth {}..{}: needs 0 <= min <= max <= 1", v.min_depth, v.max_depth));
+        }
+        let s = draw.scissor;
+        if s.x0 > s.x1 || s.y0 > s.y1 || s.x1 > size.0 || s.y1 > size.1 {
+            return Some(format!("scissor {s:?} is not inside the target of {size:?} pixels"));
+        }
+        if draw.elements.start > draw.elements.end || draw.instances.start > draw.instances.end {
+            return Some("element or instance range ends before it starts".into());
+        }
+        if let Some(index) = &draw.index {
+            if index.offset % index.format.byte_size() as usize != 0 || draw.elements.end as usize > index.len() {
+                return Some(format!("indices {:?} of a buffer that holds {}", draw.elements, index.len()));
+            }
+            if desc.primitive.topology.is_strip() && desc.primitive.strip_index_format != Some(index.format) {
+                return Some(format!("an indexed strip needs strip_index_format {:?}", index.format));
+            }
+        }
+        if draw.vertex_buffers.len() < desc.vertex_buffers.len() {
+            return Some(format!("{} vertex buffers bound, the pipeline reads {}", draw.vertex_buffers.len(), desc.vertex_buffers.len()));
+        }
+        for (slot, (layout, bound)) in desc.vertex_buffers.iter().zip(draw.vertex_buffers).enumerate() {
+            let range = if layout.step_mode == VertexStepMode::Instance { &draw.instances } else { &draw.elements };
+            if (layout.step_mode == VertexStepMode::Vertex && draw.index.is_some()) || range.is_empty() {
+                continue; // Indices are bounds-checked as they are fetched.
+            }
+            let reach = layout.attributes.iter().map(|a| a.offset + a.format.size()).max().unwrap_or(0);
+            let need = u64::from(range.end - 1) * layout.array_stride + reach + bound.offset as u64;
+            if need > bound.buffer.len() as u64 {
+                return Some(format!("vertex buffer {slot} has {} bytes, the draw reads {need}", bound.buffer.len()));
+            }
+        }
+        if draw.query.is_some_and(|q| q as usize >= self.query_count) {
+            return Some(format!("query {:?} of {}", draw.query, self.query_count));
+        }
+        if draw.stream_out.is_some_and(|t| t as usize >= self.stream_out.len()) {
+            return Some(format!("stream-out target {:?} of {}", draw.stream_out, self.stream_out.len()));
+        }
+        None
+    }
+}
+
+/// Runs a pass. Nothing is drawn if it is not valid.
+pub fn run_pass(device: &Device, pass: &mut Pass<'_>, observer: Option<&mut dyn Observer>) -> Result<PassOutput, PassError> {
+    let size = pass.validate()?;
+    Ok(device.pool.install(|| PassRun::new(device, pass, size).run(observer)))
+}
+
+/// A pass in progress.
+struct PassRun<'p, 'a> {
+    device: &'p Device,
+    pass: &'p mut Pass<'a>,
+    target: PixelRect,
+    tiles: (usize, usize),
+    output: PassOutput,
+}
+
+impl<'p, 'a> PassRun<'p, 'a> {
+    fn new(device: &'p Device, pass: &'p mut Pass<'a>, size: (u32, u32)) -> Self {
+        let tiles = (size.0.div_ceil(TILE as u32) as usize, size.1.div_ceil(TILE as u32) as usize);
+        let output = PassOutput {
+            queries: vec![0; pass.query_count],
+            stream_out: vec![StreamOutStatistics::default(); pass.stream_out.len()],
+            ..PassOutput::default()
+        };
+        Self { device, pass, target: PixelRect::full(size.0, size.1), tiles, output }
+    }
+
+    fn run(mut self, mut observer: Option<&mut dyn Observer>) -> PassOutput {
+        let assemblies: Vec<Assembly> = self.pass.draws.iter().map(assembly_of).collect();
+        let (parts, chunks) = plan(&self.pass.draws, &assemblies);
+        let mut wave: Vec<ChunkOutput> = Vec::new();
+        let mut wave_bytes = 0;
+        for group in chunks.chunks(CHUNK_GROUP) {
+            let context = ChunkContext {
+                draws: &self.pass.draws,
+                assemblies: &assemblies,
+                execution: self.device.execution,
+                target: self.target,
+                tiles_x: self.tiles.0,
+                tile_count: self.tiles.0 * self.tiles.1,
+            };
+            let first = wave.len();
+            match reborrow(&mut observer) {
+                None => {
+                    let device = self.device;
+                    wave.par_extend(group.par_iter().map(|range| {
+                        let mut chunk = device.take_buffer();
+                        process_chunk(&context, &parts[range.clone()], &mut chunk, None);
+                        chunk
+                    }));
+                }
+                Some(observer) => wave.extend(group.iter().map(|range| {
+                    let mut chunk = self.device.take_buffer();
+                    process_chunk(&context, &parts[range.clone()], &mut chunk, Some(&mut *observer));
+                    chunk
+                })),
+            }
+            for chunk in &wave[first..] {
+                self.output.statistics.add(&chunk.statistics);
+                wave_bytes += chunk.bytes();
+            }
+            for chunk in &wave[first..] {
+                append_stream_out(&self.pass.draws, &mut self.pass.stream_out, &mut self.output.stream_out, chunk);
+            }
+            if wave_bytes >= self.device.bin_budget_bytes {
+                self.flush(&wave, reborrow(&mut observer));
+                self.device.give_back(std::mem::take(&mut wave));
+                wave_bytes = 0;
+            }
+        }
+        if !wave.is_empty() || self.output.waves == 0 {
+            self.flush(&wave, reborrow(&mut observer));
+        }
+        self.device.give_back(wave);
+        self.output
+    }
+
+    /// Runs the tiles over a wave of chunks; the first time, clears them.
+    fn flush(&mut self, wave: &[ChunkOutput], mut observer: Option<&mut dyn Observer>) {
+        let clear = self.output.waves == 0;
+        self.output.waves += 1;
+        let pass = &mut *self.pass;
+        let clears = Clears::of(pass);
+        let context = TileContext { draws: &pass.draws, execution: self.device.execution };
+        let tiles = split_tiles(&mut pass.color, &mut pass.depth_stencil, self.tiles.0 * self.tiles.1);
+        let tiles_x = self.tiles.0;
+        let run = |tile: usize, mut targets: TileTargets<'_>, scratch: &mut TileScratch, observer: Option<&mut dyn Observer>| {
+            if clear {
+                clears.apply(&mut targets);
+            }
+            let origin = [(tile % tiles_x * TILE) as i32, (tile / tiles_x * TILE) as i32];
+            run_tile(&context, tile, origin, &mut targets, wave, scratch, observer)
+        };
+        let counters: Vec<TileCounters> = match reborrow(&mut observer) {
+            None => tiles
+                .into_par_iter()
+                .enumerate()
+                .map_init(TileScratch::default, |scratch, (tile, targets)| run(tile, targets, scratch, None))
+                .collect(),
+            Some(observer) => {
+                let mut scratch = TileScratch::default();
+                tiles.into_iter().enumerate().map(|(tile, targets)| run(tile, targets, &mut scratch, Some(&mut *observer))).collect()
+            }
+        };
+        for tile in counters {
+            self.output.statistics.fragment_shader_invocations += tile.fragments_shaded;
+            self.output.statistics.fragments_passed += tile.fragments_passed;
+            for (query, count) in tile.queries {
+                self.output.queries[query as usize] += count;
+            }
+        }
+    }
+}
+
+fn assembly_of(draw: &Draw<'_>) -> Assembly {
+    let elements = draw.elements.end - draw.elements.start;
+    Assembly::new(draw.pipeline.desc.primitive.topology, draw.index.as_ref(), draw.elements.start, elements)
+}
+
+/// Cuts the draws into chunks of about equal work: a list of parts, and each chunk's range of it.
+fn plan(draws: &[Draw<'_>], assemblies: &[Assembly]) -> (Vec<Part>, Vec<Range<usize>>) {
+    // A geometry shader makes up to this many primitives of one.
+    let weight = |draw: &Draw<'_>| draw.pipeline.desc.program.geometry.as_ref().map_or(1, |g| g.max_vertices.max(1) as u64);
+    let work = |draw: &Draw<'_>, assembly: &Assembly| {
+        u64::from(assembly.count()) * u64::from(draw.instances.end - draw.instances.start) * weight(draw)
+    };
+    let total: u64 = draws.iter().zip(assemblies).map(|(d, a)| work(d, a)).sum();
+    let capacity = (total / CHUNKS).clamp(CHUNK_PRIMITIVES.start, CHUNK_PRIMITIVES.end);
+    let mut parts = Vec::new();
+    let mut chunks = Vec::new();
+    let mut chunk_start = 0;
+    let mut room = capacity;
+    for (number, (draw, assembly)) in draws.iter().zip(assemblies).enumerate() {
+        let weight = weight(draw);
+        for instance in draw.instances.clone() {
+            let mut first = 0;
+            while first < assembly.count() {
+                let fits = (room / weight).max(1).min(u64::from(assembly.count() - first)) as u32;
+                parts.push(Part { draw: number as u32, instance, first, count: fits });
+                first += fits;
+                room = room.saturating_sub(u64::from(fits) * weight);
+                if room < weight {
+                    chunks.push(chunk_start..parts.len());
+                    chunk_start = parts.len();
+                    room = capacity;
+                }
+            }
+        }
+    }
+    if chunk_start < parts.len() {
+        chunks.push(chunk_start..parts.len());
+    }
+    (parts, chunks)
+}
+
+/// Appends a chunk's streamed primitives, whole ones only, until a target is full.
+fn append_stream_out(draws: &[Draw<'_>], targets: &mut [StreamOutTarget], statistics: &mut [StreamOutStatistics], chunk: &ChunkOutput) {
+    for (draw, data) in &chunk.stream {
+        let draw = &draws[*draw as usize];
+        let Some(index) = draw.stream_out.map(|t| t as usize) else { continue };
+        let corners = match draw.pipeline.rasterized {
+            PrimitiveClass::Points => 1,
+            PrimitiveClass::Lines => 2,
+            PrimitiveClass::Triangles => 3,
+        };
+        let floats = corners * (4 + draw.pipeline.interpolation.len());
+        let target = &mut targets[index];
+        let needed = data.len() / floats;
+        let room = target.capacity.saturating_sub(target.data.len()) / floats;
+        // Once a primitive did not fit, nothing more is written [D3D11.3 §14.5].
+        let full = statistics[index].primitives_written < statistics[index].primitive_storage_needed;
+        let written = if full { 0 } else { needed.min(room) };
+        target.data.extend_from_slice(&data[..written * floats]);
+        statistics[index].primitives_written += written as u64;
+        statistics[index].primitive_storage_needed += needed as u64;
+    }
+}
+
+/// What attachments hold before the first draw.
+struct Clears {
+    color: Vec<Option<[f32; 4]>>,
+    depth: Option<f32>,
+    stencil: Option<u8>,
+}
+
+impl Clears {
+    fn of(pass: &Pass<'_>) -> Self {
+        let color = pass.color.iter().map(|attachment| {
+            let attachment = attachment.as_ref()?;
+            let info = format_info(attachment.format)?;
+            match attachment.load {
+                LoadOp::Clear(c) if info.kind == ChannelKind::Uint32 => Some([f32::from_bits(c.r as u32), 0.0, 0.0, 0.0]),
+                LoadOp::Clear(c) => {
+                    // Clear values round to nearest whatever blending does.
+                    let quantizer = Quantizer::new(info.kind, super::state::F16Rounding::NearestEven);
+                    let values = [c.r, c.g, c.b, c.a];
+                    Some(std::array::from_fn(|i| quantizer.apply(values[i] as f32, i)))
+                }
+                _ => None,
+            }
+        });
+        let depth_stencil = pass.depth_stencil.as_ref();
+        let depth = depth_stencil.and_then(|a| match (a.depth_load, format_info(a.format)) {
+            (LoadOp::Clear(z), Some(info)) if info.depth => Some(quantize_depth(info.kind, z.clamp(0.0, 1.0))),
+            _ => None,
+        });
+        let stencil = depth_stencil.and_then(|a| match a.stencil_load {
+            LoadOp::Clear(s) => Some(s as u8),
+            _ => None,
+        });
+        Self { color: color.collect(), depth, stencil }
+    }
+
+    fn apply(&self, targets: &mut TileTargets<'_>) {
+        for (planes, color) in targets.color.iter_mut().zip(&self.color) {
+            if let (Some(planes), Some(color)) = (planes, color) {
+                for (plane, value) in planes.chunks_exact_mut(TILE_PIXELS).zip(color) {
+                    plane.fill(*value);
+                }
+            }
+        }
+        if let (Some(plane), Some(z)) = (&mut targets.depth, self.depth) {
+            plane.fill(z);
+        }
+        if let (Some(plane), Some(value)) = (&mut targets.stencil, self.stencil) {
+            plane.fill(value);
+        }
+    }
+}
+
+/// Cuts the attachments into tiles.
+fn split_tiles<'s>(
+    color: &'s mut [Option<ColorAttachment<'_>>],
+    depth_stencil: &'s mut Option<DepthStencilAttachment<'_>>,
+    tile_count: usize,
+) -> Vec<TileTargets<'s>> {
+    let mut tiles: Vec<TileTargets<'s>> =
+        (0..tile_count).map(|_| TileTargets { color: [const { None }; MAX_COLOR_TARGETS], depth: None, stencil: None }).collect();
+    for (slot, attachment) in color.iter_mut().enumerate() {
+        let Some(attachment) = attachment else { continue };
+        let per_tile = attachment.surface.channels * TILE_PIXELS;
+        for (tile, planes) in tiles.iter_mut().zip(attachment.surface.planes.chunks_exact_mut(per_tile)) {
+            tile.color[slot] = Some(planes);
+        }
+    }
+    if let Some(attachment) = depth_stencil {
+        let surface = &mut *attachment.surface;
+        for (tile, plane) in tiles.iter_mut().zip(surface.planes.chunks_exact_mut(TILE_PIXELS)) {
+            tile.depth = Some(plane);
+        }
+        for (tile, plane) in tiles.iter_mut().zip(surface.stencil.chunks_exact_mut(TILE_PIXELS)) {
+            tile.stencil = Some(plane);
+        }
+    }
+    tiles
+}

@@ -1,0 +1,249 @@
+//! Samplers: how a texture is read between texels, beyond its edges and between mip levels.
+//!
+//! Every function is per lane and scalar inside: textures are gathered, and a gather is a loop on every machine.
+//! Weights are f32 without the 8-bit rounding that GPUs apply (`subTexelPrecisionBits`), so linear filtering is exact here and within 2^-8 there.
+
+use crate::math::lanes::Lanes;
+use crate::math::vector::{V2, V3, V4, v4};
+
+use super::depth_stencil::compare;
+use super::state::CompareFunction;
+use super::texture::{Texture, TextureShape};
+pub use wgpu_types::{AddressMode, FilterMode};
+
+/// How a texture is sampled.
+///
+/// WebGPU: [`GPUSamplerDescriptor`](https://www.w3.org/TR/webgpu/#dictdef-gpusamplerdescriptor). Clamp to border is not offered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampler {
+    /// Beyond 0..=1, per axis. Default: clamp to edge.
+    pub address_mode: [AddressMode; 3],
+    /// Where a texel covers more than a pixel. Default: nearest.
+    pub mag_filter: FilterMode,
+    /// Where a pixel covers more than a texel. Default: nearest.
+    pub min_filter: FilterMode,
+    /// Between mip levels. Default: nearest.
+    pub mipmap_filter: FilterMode,
+    /// Least level of detail. Default: 0.
+    pub lod_min_clamp: f32,
+    /// Greatest level of detail. Default: 32.
+    pub lod_max_clamp: f32,
+    /// For comparison sampling: `reference OP texel`. Default: none.
+    pub compare: Option<CompareFunction>,
+}
+
+impl Default for Sampler {
+    fn default() -> Self {
+        Self {
+            address_mode: [AddressMode::ClampToEdge; 3],
+            mag_filter: FilterMode::Nearest,
+            min_filter: FilterMode::Nearest,
+            mipmap_filter: FilterMode::Nearest,
+            lod_min_clamp: 0.0,
+            lod_max_clamp: 32.0,
+            compare: None,
+        }
+    }
+}
+
+impl Sampler {
+    /// Linear in the image, linear between levels, with the given behaviour at the edges.
+    #[must_use]
+    pub fn linear(address_mode: AddressMode) -> Self {
+        Self {
+            address_mode: [address_mode; 3],
+            mag_filter: FilterMode::Linear,
+            min_filter: FilterMode::Linear,
+            mipmap_filter: FilterMode::Linear,
+            ..Self::default()
+        }
+    }
+    /// Linear comparison sampling, clamped at the edges: percentage-closer filtering over 2x2 texels.
+    #[must_use]
+    pub fn comparison(function: CompareFunction) -> Self {
+        Self { compare: Some(function), mipmap_filter: FilterMode::Nearest, ..Self::linear(AddressMode::ClampToEdge) }
+    }
+}
+
+/// Index of a texel beyond the edge, brought back inside `0..size`.
+fn wrap(mode: AddressMode, index: i64, size: i64) -> u32 {
+    (match mode {
+        AddressMode::Repeat => index.rem_euclid(size),
+        AddressMode::MirrorRepeat => {
+            let period = index.rem_euclid(2 * size);
+            if period < size { period } else { 2 * size - 1 - period }
+        }
+        AddressMode::ClampToEdge | AddressMode::ClampToBorder => index.clamp(0, size - 1),
+    }) as u32
+}
+
+/// The one or two texels that an axis reads and the weight of the second.
+struct AxisTaps {
+    texel: [u32; 2],
+    weight: f32,
+}
+
+fn axis_taps(filter: FilterMode, mode: AddressMode, coordinate: f32, size: u32) -> AxisTaps {
+    // A coordinate that is no number, or beyond any texture, reads an edge instead of overflowing.
+    let scaled = (coordinate * size as f32).clamp(-1.0e9, 1.0e9);
+    let scaled = if scaled.is_nan() { 0.0 } else { scaled };
+    match filter {
+        FilterMode::Nearest => {
+            let texel = wrap(mode, scaled.floor() as i64, i64::from(size));
+            AxisTaps { texel: [texel; 2], weight: 0.0 }
+        }
+        FilterMode::Linear => {
+            let base = (scaled - 0.5).floor();
+            let texel = [base as i64, base as i64 + 1].map(|i| wrap(mode, i, i64::from(size)));
+            AxisTaps { texel, weight: scaled - 0.5 - base }
+        }
+    }
+}
+
+/// Where to read: image coordinates, layer (or third coordinate of a volume).
+#[derive(Clone, Copy)]
+struct Site {
+    u: f32,
+    v: f32,
+    w: f32,
+    layer: u32,
+}
+
+fn lerp(a: f32, b: f32, t: f32) -> f32 {
+    a + (b - a) * t
+}
+
+/// Filters one level; `read` turns a texel into what is filtered.
+fn sample_one_level(
+    texture: &Texture,
+    sampler: &Sampler,
+    site: Site,
+    level: u32,
+    filter: FilterMode,
+    read: &dyn Fn([f32; 4]) -> [f32; 4],
+) -> [f32; 4] {
+    let (width, height, depth) = texture.desc().level_size(level);
+    let x = axis_taps(filter, sampler.address_mode[0], site.u, width);
+    let y = axis_taps(filter, sampler.address_mode[1], site.v, height);
+    let plane = |layer: u32| {
+        let fetch = |x: u32, y: u32| read(texture.texel(level, layer, x, y));
+        let first = fetch(x.texel[0], y.texel[0]);
+        if filter == FilterMode::Nearest {
+            return first;
+        }
+        let (b, c, d) = (fetch(x.texel[1], y.texel[0]), fetch(x.texel[0], y.texel[1]), fetch(x.texel[1], y.texel[1]));
+        std::array::from_fn(|i| lerp(lerp(first[i], b[i], x.weight), lerp(c[i], d[i], x.weight), y.weight))
+    };
+    if texture.desc().shape != TextureShape::D3 {
+        return plane(site.layer);
+    }
+    let z = axis_taps(filter, sampler.address_mode[2], site.w, depth);
+    let (near, far) = (plane(z.texel[0]), plane(z.texel[1]));
+    std::array::from_fn(|i| lerp(near[i], far[i], z.weight))
+}
+
+/// Filters between levels as well.
+fn sample_site(texture: &Texture, sampler: &Sampler, site: Site, lod: f32, read: &dyn Fn([f32; 4]) -> [f32; 4]) -> [f32; 4] {
+    let last = texture.desc().mip_level_count - 1;
+    let lod = lod.clamp(sampler.lod_min_clamp, sampler.lod_max_clamp);
+    let filter = if lod <= 0.0 { sampler.mag_filter } else { sampler.min_filter };
+    let lod = lod.clamp(0.0, last as f32);
+    if sampler.mipmap_filter == FilterMode::Nearest {
+        return sample_one_level(texture, sampler, site, (lod + 0.5).floor() as u32, filter, read);
+    }
+    let base = lod.floor();
+    let fine = sample_one_level(texture, sampler, site, base as u32, filter, read);
+    if lod == base {
+        return fine;
+    }
+    let coarse = sample_one_level(texture, sampler, site, base as u32 + 1, filter, read);
+    std::array::from_fn(|i| lerp(fine[i], coarse[i], lod - base))
+}
+
+/// Face and face coordinates of a direction, by the table of the WebGPU and Vulkan specifications.
+fn cube_site(direction: [f32; 3]) -> Site {
+    let [x, y, z] = direction;
+    let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
+    let (layer, sc, tc, ma) = if az >= ax && az >= ay {
+        if z >= 0.0 { (4, x, -y, az) } else { (5, -x, -y, az) }
+    } else if ay >= ax {
+        if y >= 0.0 { (2, x, z, ay) } else { (3, x, -z, ay) }
+    } else if x >= 0.0 {
+        (0, -z, -y, ax)
+    } else {
+        (1, z, -y, ax)
+    };
+    Site { u: 0.5 * (sc / ma + 1.0), v: 0.5 * (tc / ma + 1.0), w: 0.0, layer }
+}
+
+fn gather<L: Lanes>(token: L::Token, mut f: impl FnMut(usize) -> [f32; 4]) -> V4<L> {
+    let mut lanes = [[0.0; 4]; 16];
+    for (i, lane) in lanes.iter_mut().enumerate().take(L::LEN) {
+        *lane = f(i);
+    }
+    let [x, y, z, w] = [0, 1, 2, 3].map(|c: usize| L::from_fn(token, |i| lanes[i][c]));
+    v4(x, y, z, w)
+}
+
+/// A 2D texture (or one layer of it) at `uv` and level of detail `lod`.
+pub fn sample_level<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, layer: u32, lod: L) -> V4<L> {
+    gather(lod.token(), |i| {
+        let site = Site { u: uv.x.lane(i), v: uv.y.lane(i), w: 0.0, layer };
+        sample_site(texture, sampler, site, lod.lane(i), &|texel| texel)
+    })
+}
+
+/// A 2D texture with the level of detail from the derivatives of `uv` per pixel:
+/// `log2(max(|∂uv/∂x · size|, |∂uv/∂y · size|))` [Vulkan spec, image level-of-detail operation, isotropic].
+pub fn sample_grad<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, layer: u32, ddx: V2<L>, ddy: V2<L>) -> V4<L> {
+    let (width, height) = (texture.desc().width as f32, texture.desc().height as f32);
+    let squared = |d: V2<L>| {
+        let (x, y) = (d.x * width, d.y * height);
+        x * x + y * y
+    };
+    let rho_squared = Lanes::max(squared(ddx), squared(ddy));
+    let lod = rho_squared.map(|r| if r > 0.0 { 0.5 * libm::log2f(r) } else { -32.0 });
+    sample_level(texture, sampler, uv, layer, lod)
+}
+
+/// A cube map in a direction (any length) at level of detail `lod`. Filtering stays within a face.
+pub fn sample_cube<L: Lanes>(texture: &Texture, sampler: &Sampler, direction: V3<L>, lod: L) -> V4<L> {
+    gather(lod.token(), |i| {
+        let site = cube_site([direction.x.lane(i), direction.y.lane(i), direction.z.lane(i)]);
+        sample_site(texture, &Sampler { address_mode: [AddressMode::ClampToEdge; 3], ..*sampler }, site, lod.lane(i), &|texel| texel)
+    })
+}
+
+/// A volume at `uvw` and level of detail `lod`.
+pub fn sample_3d<L: Lanes>(texture: &Texture, sampler: &Sampler, uvw: V3<L>, lod: L) -> V4<L> {
+    gather(lod.token(), |i| {
+        let site = Site { u: uvw.x.lane(i), v: uvw.y.lane(i), w: uvw.z.lane(i), layer: 0 };
+        sample_site(texture, sampler, site, lod.lane(i), &|texel| texel)
+    })
+}
+
+/// Share of the filtered texels that `reference` passes against, in 0..=1, at level 0.
+///
+/// `sampler.compare` must be set; without it every texel passes.
+pub fn sample_compare<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, layer: u32, reference: L) -> L {
+    let function = sampler.compare.unwrap_or(CompareFunction::Always);
+    L::from_fn(reference.token(), |i| {
+        let site = Site { u: uv.x.lane(i), v: uv.y.lane(i), w: 0.0, layer };
+        let depth = reference.lane(i);
+        let passes = |texel: [f32; 4]| [f32::from(u8::from(compare(function, depth, texel[0]))), 0.0, 0.0, 0.0];
+        sample_site(texture, sampler, site, 0.0, &passes)[0]
+    })
+}
+
+/// Texel at integer coordinates; outside the texture all zeros [WebGPU robust access].
+pub fn load<L: Lanes>(texture: &Texture, x: L, y: L, layer: u32, level: u32) -> V4<L> {
+    let (width, height, _) = texture.desc().level_size(level);
+    gather(x.token(), |i| {
+        let (x, y) = (x.lane(i), y.lane(i));
+        if x >= 0.0 && y >= 0.0 && x < width as f32 && y < height as f32 {
+            texture.texel(level, layer, x as u32, y as u32)
+        } else {
+            [0.0; 4]
+        }
+    })
+}

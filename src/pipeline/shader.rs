@@ -1,0 +1,608 @@
+//! The programmable stages: what a shader is given, what it returns, and how sixteen lanes of it are run.
+//!
+//! Write a stage once, generic over [`Lanes`], as [`VertexShader`] or [`FragmentShader`]; it becomes a [`VertexStage`] or
+//! [`FragmentStage`], which the pipeline calls once per batch through a trait object. Inside a batch everything is monomorphic. A geometry
+//! shader sees one primitive at a time and is scalar.
+
+use std::sync::Arc;
+
+use fearless_simd::{Level, Simd, dispatch, f32x16};
+use fearless_simd_macros::simd;
+
+use crate::math::lanes::{Lanes, Mask};
+use crate::math::vector::{V2, V3, V4, v2, v3, v4};
+
+use super::bindings::{BindingKind, Bindings};
+use super::state::{GeometryTopology, MAX_COLOR_TARGETS, MAX_VARYINGS};
+use super::texture::Texture;
+
+/// How a varying goes from vertices to fragments. WGSL: `@interpolate`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Linear in the world: `Σ bᵢfᵢ/wᵢ / Σ bᵢ/wᵢ`.
+    Perspective,
+    /// Linear on the screen: `Σ bᵢfᵢ`.
+    Linear,
+    /// The first vertex's.
+    Flat,
+}
+
+/// One varying of a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Varying {
+    /// Name, for captures and the WGSL twin.
+    pub name: &'static str,
+    /// Scalars, 1 to 4.
+    pub components: usize,
+    /// How it is interpolated.
+    pub interpolation: Interpolation,
+}
+
+/// What the vertices of one call are.
+pub struct VertexInput<'a, L: Lanes> {
+    /// Makes lanes from nothing.
+    pub token: L::Token,
+    /// `@builtin(vertex_index)` of each lane, base vertex added.
+    pub vertex_index: &'a [u32],
+    /// `@builtin(instance_index)`, the same for all lanes.
+    pub instance_index: u32,
+    /// Vertex attributes by shader location; missing components are 0, 0, 0, 1. Integers come as bit patterns.
+    pub attributes: &'a [V4<L>],
+}
+
+impl<L: Lanes> VertexInput<'_, L> {
+    /// An attribute.
+    #[inline(always)]
+    #[must_use]
+    pub fn attribute(&self, location: usize) -> V4<L> {
+        self.attributes[location]
+    }
+    /// One number per lane, from the lane's vertex index.
+    #[inline(always)]
+    pub fn per_vertex(&self, mut f: impl FnMut(u32) -> f32) -> L {
+        L::from_fn(self.token, |i| f(self.vertex_index[i]))
+    }
+}
+
+/// What a vertex shader returns for the vertices of one call.
+pub struct VertexOutput<L: Lanes> {
+    /// `@builtin(position)`: clip space, before the divide.
+    pub position: V4<L>,
+    /// Edge of a point sprite in pixels. Default: 1.
+    pub point_size: L,
+    /// The varyings' scalars in the program's order.
+    pub varyings: [L; MAX_VARYINGS],
+}
+
+impl<L: Lanes> VertexOutput<L> {
+    /// Writes three scalars from `at`.
+    #[inline(always)]
+    pub fn set3(&mut self, at: usize, v: V3<L>) {
+        self.varyings[at] = v.x;
+        self.varyings[at + 1] = v.y;
+        self.varyings[at + 2] = v.z;
+    }
+}
+
+/// A vertex shader, written once for every width.
+pub trait VertexShader: Send + Sync {
+    /// Shades the vertices of one call.
+    fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>);
+}
+
+/// The planes and numbers that a primitive's varyings are interpolated from.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PrimitiveAttributes {
+    /// Pixel coordinates where the planes have their first number.
+    pub anchor: [f32; 2],
+    /// Weight of vertex 1 on the screen: at the anchor, per pixel right, per pixel down.
+    pub l1: [f32; 3],
+    /// Weight of vertex 2.
+    pub l2: [f32; 3],
+    /// `1/w` of the three vertices.
+    pub inv_w: [f32; 3],
+    /// Where each vertex's scalars start.
+    pub varyings: [u32; 3],
+    /// `primitive_index`, from 0 in each instance.
+    pub primitive_id: u32,
+    /// `front_facing`; always true for points and lines.
+    pub front_facing: bool,
+    /// Whether `point_coord` is meaningful.
+    pub is_point: bool,
+}
+
+/// The fragments of one call: one pixel, or a 4x4 block.
+pub struct FragmentInput<'a, L: Lanes> {
+    /// Makes lanes from nothing.
+    pub token: L::Token,
+    /// `@builtin(position)`: pixel centre x and y, depth, and `1/w` interpolated.
+    pub position: V4<L>,
+    /// Column and row of lane 0.
+    pub pixel: (u32, u32),
+    /// Whether the primitive faces the viewer; true for points and lines.
+    pub front_facing: bool,
+    /// `primitive_index`.
+    pub primitive_id: u32,
+    attributes: &'a PrimitiveAttributes,
+    varyings: &'a [f32],
+    interpolation: &'a [Interpolation],
+    /// Screen-linear and perspective weights of vertices 1 and 2.
+    linear: V2<L>,
+    perspective: V2<L>,
+}
+
+impl<'a, L: Lanes> FragmentInput<'a, L> {
+    /// Fragments at pixel centres `x`, `y` with depth `z`.
+    #[inline(always)]
+    fn new(token: L::Token, pixel: (u32, u32), x: L, y: L, z: L, source: &ShadeSource<'a>, attributes: &'a PrimitiveAttributes) -> Self {
+        let (linear, perspective, inv_w) = weights(attributes, x, y);
+        Self {
+            token,
+            position: v4(x + 0.5, y + 0.5, z, inv_w),
+            pixel,
+            front_facing: attributes.front_facing,
+            primitive_id: attributes.primitive_id,
+            attributes,
+            varyings: source.varyings,
+            interpolation: source.interpolation,
+            linear,
+            perspective,
+        }
+    }
+
+    /// A varying's scalar.
+    #[inline(always)]
+    #[must_use]
+    pub fn varying(&self, scalar: usize) -> L {
+        self.weighted(scalar, self.linear, self.perspective)
+    }
+    /// Two scalars from `scalar`.
+    #[inline(always)]
+    #[must_use]
+    pub fn varying2(&self, scalar: usize) -> V2<L> {
+        v2(self.varying(scalar), self.varying(scalar + 1))
+    }
+    /// Three scalars from `scalar`.
+    #[inline(always)]
+    #[must_use]
+    pub fn varying3(&self, scalar: usize) -> V3<L> {
+        v3(self.varying(scalar), self.varying(scalar + 1), self.varying(scalar + 2))
+    }
+    /// A flat scalar: the provoking vertex's, the same for all lanes.
+    #[inline(always)]
+    #[must_use]
+    pub fn flat(&self, scalar: usize) -> f32 {
+        self.varyings[self.attributes.varyings[0] as usize + scalar]
+    }
+    /// The provoking vertex's scalars.
+    #[inline(always)]
+    #[must_use]
+    pub fn flat_varyings(&self) -> &'a [f32] {
+        let start = self.attributes.varyings[0] as usize;
+        &self.varyings[start..start + self.interpolation.len()]
+    }
+    /// Place in a point sprite, 0..1 right and down from its top left corner.
+    #[inline(always)]
+    #[must_use]
+    pub fn point_coord(&self) -> V2<L> {
+        self.linear
+    }
+
+    /// `dpdx` of a varying: right minus left pixel of the 2x2 quad, in the fragment's own row (WGSL `dpdxFine`).
+    #[inline(always)]
+    #[must_use]
+    pub fn ddx(&self, scalar: usize) -> L {
+        let (x, y) = (self.position.x - 0.5, self.position.y - 0.5);
+        let left = (x * 0.5).floor() * 2.0;
+        self.varying_at(scalar, left + 1.0, y) - self.varying_at(scalar, left, y)
+    }
+    /// `dpdy` of a varying: lower minus upper pixel of the 2x2 quad, in the fragment's own column (WGSL `dpdyFine`).
+    #[inline(always)]
+    #[must_use]
+    pub fn ddy(&self, scalar: usize) -> L {
+        let (x, y) = (self.position.x - 0.5, self.position.y - 0.5);
+        let top = (y * 0.5).floor() * 2.0;
+        self.varying_at(scalar, x, top + 1.0) - self.varying_at(scalar, x, top)
+    }
+
+    /// One channel of the texel at the fragment's own pixel, level 0, layer 0. The texture covers the target.
+    #[inline(always)]
+    #[must_use]
+    pub fn texel_here(&self, texture: &Texture, channel: usize) -> L {
+        let surface = texture.surface(0, 0);
+        let (x, y) = (self.pixel.0 as usize, self.pixel.1 as usize);
+        if L::LEN == 16 {
+            L::load(self.token, surface.block(x, y, channel))
+        } else {
+            L::splat(self.token, surface.get(self.pixel.0, self.pixel.1, channel))
+        }
+    }
+
+    #[inline(always)]
+    fn varying_at(&self, scalar: usize, x: L, y: L) -> L {
+        let (linear, perspective, _) = weights(self.attributes, x, y);
+        self.weighted(scalar, linear, perspective)
+    }
+
+    #[inline(always)]
+    fn weighted(&self, scalar: usize, linear: V2<L>, perspective: V2<L>) -> L {
+        let [f0, f1, f2] = self.attributes.varyings.map(|start| self.varyings[start as usize + scalar]);
+        let b = match self.interpolation[scalar] {
+            Interpolation::Flat => return L::splat(self.token, f0),
+            Interpolation::Linear => linear,
+            Interpolation::Perspective => perspective,
+        };
+        // Differences keep a constant attribute exactly constant.
+        b.x * (f1 - f0) + b.y * (f2 - f0) + f0
+    }
+}
+
+/// Screen-linear weights, perspective weights and `1/w` at pixel coordinates (integers, not centres).
+#[inline(always)]
+fn weights<L: Lanes>(a: &PrimitiveAttributes, x: L, y: L) -> (V2<L>, V2<L>, L) {
+    let (dx, dy) = (x - a.anchor[0], y - a.anchor[1]);
+    let plane = |p: [f32; 3]| (dy * p[2] + p[0]) + dx * p[1];
+    let linear = v2(plane(a.l1), plane(a.l2));
+    if a.inv_w[0] == a.inv_w[1] && a.inv_w[0] == a.inv_w[2] {
+        return (linear, linear, x.like(a.inv_w[0]));
+    }
+    let (w1, w2) = (linear.x * a.inv_w[1], linear.y * a.inv_w[2]);
+    let inv_w = (-(linear.x + linear.y) + 1.0) * a.inv_w[0] + w1 + w2;
+    let scale = x.like(1.0) / inv_w;
+    (linear, v2(w1 * scale, w2 * scale), inv_w)
+}
+
+/// What a fragment shader returns for one call.
+pub struct FragmentOutput<L: Lanes> {
+    /// Colour per target. Targets the shader does not write keep the last value: write all that the program declares.
+    pub color: [V4<L>; MAX_COLOR_TARGETS],
+    /// `@builtin(frag_depth)`, used if the program declares it.
+    pub depth: L,
+    /// Lanes that are kept, used if the program may discard. True on entry.
+    pub keep: L::Mask,
+}
+
+/// A fragment shader, written once for every width.
+pub trait FragmentShader: Send + Sync {
+    /// The output is the same for all fragments of a primitive (it reads only flat varyings, facing and bindings):
+    /// the pipeline may then call it once per primitive.
+    const PER_PRIMITIVE: bool = false;
+    /// Shades the fragments of one call.
+    fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>);
+}
+
+/// A vertex of an assembled primitive.
+#[derive(Clone, Copy, Debug)]
+pub struct StageVertex<'a> {
+    /// Clip-space position.
+    pub position: [f32; 4],
+    /// Point size in pixels.
+    pub point_size: f32,
+    /// The vertex stage's scalars.
+    pub varyings: &'a [f32],
+}
+
+/// A primitive as the geometry stage gets it.
+pub struct GeometryInput<'a> {
+    /// One, two or three vertices.
+    pub vertices: &'a [StageVertex<'a>],
+    /// `primitive_index`, from 0 in each instance.
+    pub primitive_id: u32,
+    /// `instance_index`.
+    pub instance_index: u32,
+}
+
+/// Collects what a geometry shader emits.
+pub struct GeometryOutput<'a> {
+    pub(super) vertices: &'a mut Vec<([f32; 4], f32)>,
+    pub(super) varyings: &'a mut Vec<f32>,
+    /// Lengths of the finished strips.
+    pub(super) strips: &'a mut Vec<u32>,
+    pub(super) strip_start: usize,
+    pub(super) scalars: usize,
+    pub(super) budget: usize,
+}
+
+impl GeometryOutput<'_> {
+    /// Adds a vertex to the current strip. `varyings` has the geometry stage's scalars. Beyond the declared
+    /// maximum of vertices, emits are ignored, as in every API.
+    #[inline]
+    pub fn emit(&mut self, position: [f32; 4], point_size: f32, varyings: &[f32]) {
+        if self.budget == 0 {
+            return;
+        }
+        self.budget -= 1;
+        self.vertices.push((position, point_size));
+        self.varyings.extend_from_slice(&varyings[..self.scalars]);
+    }
+    /// Ends the current strip.
+    #[inline]
+    pub fn end_primitive(&mut self) {
+        let length = self.vertices.len() - self.strip_start;
+        self.strip_start = self.vertices.len();
+        self.strips.push(length as u32);
+    }
+}
+
+/// A geometry shader: 0..N primitives out per primitive in.
+pub trait GeometryShader: Send + Sync {
+    /// Handles one primitive.
+    fn geometry(&self, bindings: &Bindings<'_>, input: &GeometryInput<'_>, output: &mut GeometryOutput<'_>);
+}
+
+/// How wide shaders run. Both give the same bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ShaderWidth {
+    /// One lane at a time: the definition.
+    One,
+    /// Sixteen lanes.
+    #[default]
+    Sixteen,
+}
+
+/// How to run a batch.
+#[derive(Clone, Copy, Debug)]
+pub struct Execution {
+    /// SIMD level.
+    pub level: Level,
+    /// Lanes per call.
+    pub width: ShaderWidth,
+}
+
+/// Vertices to shade, sixteen per group, and where the results go.
+pub struct VertexBatch<'a> {
+    pub(super) vertex_index: &'a [u32],
+    pub(super) instance_index: u32,
+    /// `[group of 16][location][component][16]`.
+    pub(super) attributes: &'a [f32],
+    pub(super) locations: usize,
+    pub(super) scalars: usize,
+    pub(super) positions: &'a mut [[f32; 4]],
+    pub(super) point_sizes: &'a mut [f32],
+    /// `[vertex][scalar]`.
+    pub(super) varyings: &'a mut [f32],
+}
+
+/// A vertex stage as the pipeline calls it. Implemented for every [`VertexShader`].
+pub trait VertexStage: Send + Sync {
+    /// Shades a batch.
+    fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut VertexBatch<'_>);
+}
+
+impl<T: VertexShader> VertexStage for T {
+    fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut VertexBatch<'_>) {
+        match execution.width {
+            ShaderWidth::One => vertex_groups::<f32, T>((), self, bindings, batch),
+            ShaderWidth::Sixteen => dispatch!(execution.level, simd => vertex_batch16(simd, self, bindings, batch)),
+        }
+    }
+}
+
+#[simd]
+fn vertex_batch16<S: Simd, T: VertexShader>(simd: S, shader: &T, bindings: &Bindings<'_>, batch: &mut VertexBatch<'_>) {
+    vertex_groups::<f32x16<S>, T>(simd, shader, bindings, batch);
+}
+
+#[inline(always)]
+fn vertex_groups<L: Lanes, T: VertexShader>(token: L::Token, shader: &T, bindings: &Bindings<'_>, batch: &mut VertexBatch<'_>) {
+    let zero = L::splat(token, 0.0);
+    let one = L::splat(token, 1.0);
+    let mut output = VertexOutput { position: v4(zero, zero, zero, one), point_size: one, varyings: [zero; MAX_VARYINGS] };
+    let mut attributes = [v4(zero, zero, zero, one); 16];
+    let count = batch.vertex_index.len();
+    let mut first = 0;
+    while first < count {
+        let lanes = L::LEN.min(count - first);
+        let mut indices = [0; 16];
+        indices[..lanes].copy_from_slice(&batch.vertex_index[first..first + lanes]);
+        // Idle lanes repeat the last vertex, so that they read nothing that is not there.
+        let last = indices[lanes - 1];
+        indices[lanes..].fill(last);
+        for (location, attribute) in attributes.iter_mut().enumerate().take(batch.locations) {
+            let [x, y, z, w] = [0, 1, 2, 3].map(|component| {
+                let start = ((first / 16 * batch.locations + location) * 4 + component) * 16 + first % 16;
+                L::load(token, &batch.attributes[start..])
+            });
+            *attribute = v4(x, y, z, w);
+        }
+        let input = VertexInput {
+            token,
+            vertex_index: &indices[..L::LEN],
+            instance_index: batch.instance_index,
+            attributes: &attributes[..batch.locations],
+        };
+        shader.vertex(bindings, &input, &mut output);
+        let p = output.position;
+        for lane in 0..lanes {
+            batch.positions[first + lane] = [p.x.lane(lane), p.y.lane(lane), p.z.lane(lane), p.w.lane(lane)];
+            batch.point_sizes[first + lane] = output.point_size.lane(lane);
+        }
+        for (scalar, value) in output.varyings.iter().enumerate().take(batch.scalars) {
+            for lane in 0..lanes {
+                batch.varyings[(first + lane) * batch.scalars + scalar] = value.lane(lane);
+            }
+        }
+        first += lanes;
+    }
+}
+
+/// One 4x4 block of a primitive that awaits shading.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ShadeItem {
+    /// Column of the block's first pixel.
+    pub x: u32,
+    /// Row of the block's first pixel.
+    pub y: u32,
+    /// Which primitive of the chunk.
+    pub primitive: u32,
+    /// Covered pixels, bit = lane.
+    pub mask: u16,
+}
+
+/// What the primitives of a batch are interpolated from.
+#[derive(Clone, Copy)]
+pub struct ShadeSource<'a> {
+    pub(super) primitives: &'a [PrimitiveAttributes],
+    pub(super) varyings: &'a [f32],
+    pub(super) interpolation: &'a [Interpolation],
+}
+
+/// Blocks to shade and where the results go.
+pub struct ShadeBatch<'a> {
+    pub(super) source: ShadeSource<'a>,
+    pub(super) items: &'a [ShadeItem],
+    /// Depth, `[item][16]`.
+    pub(super) z: &'a mut [[f32; 16]],
+    /// Colours, `[item][target][component][16]`.
+    pub(super) colors: &'a mut [f32],
+    pub(super) targets: usize,
+    /// Kept pixels per item, from the shader's discards.
+    pub(super) keep: &'a mut [u16],
+    pub(super) writes_depth: bool,
+}
+
+/// A fragment stage as the pipeline calls it. Implemented for every [`FragmentShader`].
+pub trait FragmentStage: Send + Sync {
+    /// Whether the output is the same for all fragments of a primitive.
+    fn per_primitive(&self) -> bool;
+    /// Shades a batch.
+    fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>);
+    /// The colours of a primitive, if [`Self::per_primitive`].
+    fn primitive_color(&self, bindings: &Bindings<'_>, source: &ShadeSource<'_>, primitive: u32) -> [[f32; 4]; MAX_COLOR_TARGETS];
+}
+
+impl<T: FragmentShader> FragmentStage for T {
+    fn per_primitive(&self) -> bool {
+        T::PER_PRIMITIVE
+    }
+    fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>) {
+        match execution.width {
+            ShaderWidth::One => fragment_pixels(self, bindings, batch),
+            ShaderWidth::Sixteen => dispatch!(execution.level, simd => fragment_blocks(simd, self, bindings, batch)),
+        }
+    }
+    fn primitive_color(&self, bindings: &Bindings<'_>, source: &ShadeSource<'_>, primitive: u32) -> [[f32; 4]; MAX_COLOR_TARGETS] {
+        let attributes = &source.primitives[primitive as usize];
+        let input = FragmentInput::<f32>::new((), (0, 0), attributes.anchor[0], attributes.anchor[1], 0.0, source, attributes);
+        let mut output = FragmentOutput { color: [v4(0.0, 0.0, 0.0, 0.0); MAX_COLOR_TARGETS], depth: 0.0, keep: true };
+        self.fragment(bindings, &input, &mut output);
+        output.color.map(|c| [c.x, c.y, c.z, c.w])
+    }
+}
+
+#[simd]
+fn fragment_blocks<S: Simd, T: FragmentShader>(simd: S, shader: &T, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>) {
+    let zero = <f32x16<S> as Lanes>::splat(simd, 0.0);
+    let all = Lanes::equals(zero, zero);
+    let mut output = FragmentOutput { color: [v4(zero, zero, zero, zero); MAX_COLOR_TARGETS], depth: zero, keep: all };
+    let column = <f32x16<S> as Lanes>::from_fn(simd, |i| (i & 3) as f32);
+    let row = <f32x16<S> as Lanes>::from_fn(simd, |i| (i >> 2) as f32);
+    for (i, item) in batch.items.iter().enumerate() {
+        let attributes = &batch.source.primitives[item.primitive as usize];
+        let z = <f32x16<S> as Lanes>::load(simd, &batch.z[i]);
+        let (x, y) = (column + item.x as f32, row + item.y as f32);
+        let input = FragmentInput::new(simd, (item.x, item.y), x, y, z, &batch.source, attributes);
+        output.keep = all;
+        shader.fragment(bindings, &input, &mut output);
+        for (target, color) in output.color.iter().enumerate().take(batch.targets) {
+            let out = &mut batch.colors[(i * batch.targets + target) * 64..][..64];
+            for (component, value) in [color.x, color.y, color.z, color.w].into_iter().enumerate() {
+                Lanes::store(value, &mut out[component * 16..]);
+            }
+        }
+        batch.keep[i] = output.keep.bits() as u16;
+        if batch.writes_depth {
+            Lanes::store(output.depth, &mut batch.z[i]);
+        }
+    }
+}
+
+fn fragment_pixels<T: FragmentShader>(shader: &T, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>) {
+    let mut output = FragmentOutput { color: [v4(0.0, 0.0, 0.0, 0.0); MAX_COLOR_TARGETS], depth: 0.0, keep: true };
+    for (i, item) in batch.items.iter().enumerate() {
+        let attributes = &batch.source.primitives[item.primitive as usize];
+        batch.keep[i] = 0;
+        for lane in (0..16).filter(|lane| item.mask >> lane & 1 == 1) {
+            let (x, y) = (item.x + (lane & 3), item.y + (lane >> 2));
+            let lane = lane as usize;
+            let input = FragmentInput::<f32>::new((), (x, y), x as f32, y as f32, batch.z[i][lane], &batch.source, attributes);
+            output.keep = true;
+            shader.fragment(bindings, &input, &mut output);
+            for (target, c) in output.color.iter().enumerate().take(batch.targets) {
+                for (component, value) in [c.x, c.y, c.z, c.w].into_iter().enumerate() {
+                    batch.colors[((i * batch.targets + target) * 4 + component) * 16 + lane] = value;
+                }
+            }
+            batch.keep[i] |= u16::from(output.keep) << lane;
+            if batch.writes_depth {
+                batch.z[i][lane] = output.depth;
+            }
+        }
+    }
+}
+
+/// The geometry stage of a program.
+#[derive(Clone)]
+pub struct Geometry {
+    /// The shader.
+    pub shader: Arc<dyn GeometryShader>,
+    /// What it emits.
+    pub output: GeometryTopology,
+    /// Most vertices it emits per primitive.
+    pub max_vertices: usize,
+    /// The varyings that leave the vertex stage; [`Program::varyings`] are the ones that leave the geometry stage.
+    pub input_varyings: Vec<Varying>,
+}
+
+/// The shaders of a pipeline and what passes between them.
+#[derive(Clone)]
+pub struct Program {
+    /// Name in errors and captures, and stem of the WGSL twin.
+    pub name: &'static str,
+    /// Vertex stage.
+    pub vertex: Arc<dyn VertexStage>,
+    /// Geometry stage, if any.
+    pub geometry: Option<Geometry>,
+    /// Fragment stage; without it only depth, stencil and counters change.
+    pub fragment: Option<Arc<dyn FragmentStage>>,
+    /// What reaches the fragment stage.
+    pub varyings: Vec<Varying>,
+    /// What the stages read, by binding number.
+    pub bindings: Vec<BindingKind>,
+    /// Whether the fragment stage may discard.
+    pub may_discard: bool,
+    /// Whether the fragment stage writes `frag_depth`.
+    pub writes_depth: bool,
+    /// The same program in WGSL, for the wgpu executor.
+    pub wgsl: Option<&'static str>,
+}
+
+impl Program {
+    /// A program of a vertex and a fragment shader without bindings or varyings; set the other fields as needed.
+    #[must_use]
+    pub fn new(name: &'static str, vertex: impl VertexStage + 'static, fragment: impl FragmentStage + 'static) -> Self {
+        Self {
+            name,
+            vertex: Arc::new(vertex),
+            geometry: None,
+            fragment: Some(Arc::new(fragment)),
+            varyings: Vec::new(),
+            bindings: Vec::new(),
+            may_discard: false,
+            writes_depth: false,
+            wgsl: None,
+        }
+    }
+}
+
+impl std::fmt::Debug for Program {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Program").field("name", &self.name).finish_non_exhaustive()
+    }
+}
+
+/// The scalars of some varyings, each with its interpolation.
+#[must_use]
+pub fn flatten_varyings(varyings: &[Varying]) -> Vec<Interpolation> {
+    varyings.iter().flat_map(|v| std::iter::repeat_n(v.interpolation, v.components)).collect()
+}

@@ -1,0 +1,229 @@
+//! Pipeline state: the types of `wgpu-types` as they are, and the few things that WebGPU lacks.
+
+pub use wgpu_types::{
+    BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState,
+    DepthStencilState, Face, FrontFace, IndexFormat, PolygonMode, PrimitiveState, PrimitiveTopology, StencilFaceState, StencilOperation,
+    StencilState, TextureFormat, VertexAttribute, VertexFormat, VertexStepMode,
+};
+
+/// Most colour targets of a pass. WebGPU's `maxColorAttachments` default.
+pub const MAX_COLOR_TARGETS: usize = 8;
+/// Most scalars a vertex hands to the next stage, beside position and point size (16 vectors of four).
+pub const MAX_VARYINGS: usize = 64;
+
+/// Which part of framebuffer and depth range a draw maps to. `x`, `y` and the size are in pixels, y down.
+///
+/// WebGPU: [`setViewport`](https://www.w3.org/TR/webgpu/#dom-gpurenderpassencoder-setviewport).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewport {
+    /// Left edge in pixels. Default: 0.
+    pub x: f32,
+    /// Top edge in pixels. Default: 0.
+    pub y: f32,
+    /// Width in pixels. Default: the target's.
+    pub width: f32,
+    /// Height in pixels. Default: the target's.
+    pub height: f32,
+    /// Depth that clip `z = 0` maps to, in 0..=1. Default: 0.
+    pub min_depth: f32,
+    /// Depth that clip `z = w` maps to, in 0..=1. Default: 1.
+    pub max_depth: f32,
+}
+
+impl Viewport {
+    /// The whole of a target of this size, full depth range.
+    #[must_use]
+    pub fn full(width: u32, height: u32) -> Self {
+        Self { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 }
+    }
+}
+
+/// A half-open rectangle of pixels, y down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PixelRect {
+    /// First column.
+    pub x0: u32,
+    /// First row.
+    pub y0: u32,
+    /// One past the last column.
+    pub x1: u32,
+    /// One past the last row.
+    pub y1: u32,
+}
+
+impl PixelRect {
+    /// The whole of a target of this size.
+    #[must_use]
+    pub fn full(width: u32, height: u32) -> Self {
+        Self { x0: 0, y0: 0, x1: width, y1: height }
+    }
+    /// The pixels that are in both.
+    #[must_use]
+    pub fn intersect(self, other: Self) -> Self {
+        let x0 = self.x0.max(other.x0);
+        let y0 = self.y0.max(other.y0);
+        Self { x0, y0, x1: self.x1.min(other.x1).max(x0), y1: self.y1.min(other.y1).max(y0) }
+    }
+}
+
+/// How a draw reads one vertex buffer.
+///
+/// WebGPU: [`GPUVertexBufferLayout`](https://www.w3.org/TR/webgpu/#dictdef-gpuvertexbufferlayout).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VertexBufferLayout {
+    /// Bytes from one element to the next.
+    pub array_stride: u64,
+    /// Advance per vertex or per instance. Default: per vertex.
+    pub step_mode: VertexStepMode,
+    /// What is read from each element; `shader_location` is the attribute's place in `VertexInput::attributes`.
+    pub attributes: Vec<VertexAttribute>,
+}
+
+/// What the geometry stage hands on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GeometryTopology {
+    /// Every vertex is a point.
+    Points,
+    /// A connected line until the primitive is ended.
+    LineStrip,
+    /// A triangle strip until the primitive is ended; winding alternates as in WebGPU's strips.
+    TriangleStrip,
+}
+
+/// What a rasterizer is free to choose, as data. The presets say what known devices choose; `REFERENCE` is ours.
+///
+/// Sources for the presets: measurements of Mesa 25.0.7 (llvmpipe) and SwiftShader 5.0; the reasons are in `docs/architecture.md`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RasterRules {
+    /// Bits of sub-pixel precision that framebuffer coordinates are rounded to (nearest, ties to even), 8 or 4. Default: 8.
+    pub subpixel_bits: u8,
+    /// How framebuffer coordinates are computed before they are rounded. Default: `MulAdd`.
+    pub viewport: ViewportArithmetic,
+    /// What is cut away before rasterization. Default: `GuardBand`.
+    pub clip_volume: ClipVolume,
+    /// How a new vertex on a clip plane is computed. Default: `InsideToOutside`.
+    pub clip_arithmetic: ClipArithmetic,
+    /// How depth is interpolated. Default: `Reference`.
+    pub depth_plane: DepthPlane,
+    /// Which coordinates attributes are interpolated from. Default: `Snapped`.
+    pub setup_from: SetupFrom,
+    /// Where the corners of a wide line come from. Default: `UnsnappedEnds`.
+    pub line_corners: LineCorners,
+    /// How 16-bit float targets round. Default: `NearestEven`.
+    pub f16_rounding: F16Rounding,
+}
+
+/// How framebuffer coordinates follow from clip coordinates; `n = c · (1/w)`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ViewportArithmetic {
+    /// `n·scale + translate`, rounded twice.
+    MulAdd,
+    /// `fma(n, scale, translate)`, rounded once (vertices made by clipping: rounded twice). llvmpipe where the CPU has FMA.
+    Fused,
+    /// `round(n·(2^b·scale) + (2^b·translate − 2^(b−1)))`, sub-pixel scale and pixel-centre offset folded in. SwiftShader.
+    Prescaled,
+}
+
+/// What is cut away geometrically; the rest is left to the scissor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClipVolume {
+    /// Near, far and `w > 0`, and x and y only beyond 2^15 pixels [D3D11.3 §3.4.1].
+    GuardBand,
+    /// The exact view frustum, x and y included. llvmpipe, SwiftShader.
+    Frustum,
+}
+
+/// How a vertex on a clip plane follows from the two it lies between; `d` is the signed distance, inside positive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClipArithmetic {
+    /// `t = d_in/(d_in − d_out)`, `v = in + t·(out − in)`.
+    InsideToOutside,
+    /// The same, starting from whichever end is nearer to the plane; plane order −x, +x, −y, +y, near, far. llvmpipe.
+    NearestEndpoint,
+    /// `v = (d_out·in − d_in·out)/(d_out − d_in)` with the clipped coordinate put on the plane; near and far first. SwiftShader.
+    OntoPlane,
+}
+
+/// How depth at a pixel centre follows from the vertices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DepthPlane {
+    /// Gradients in f64 from snapped vertices, rounded to f32; anchored at the pixel that holds vertex 0;
+    /// `(z₀ + Δy·∂z/∂y) + Δx·∂z/∂x`.
+    Reference,
+    /// f32 gradients from unsnapped vertices, anchored at the target's origin, fused: llvmpipe where the CPU has FMA.
+    LlvmpipeFused,
+    /// The same without FMA, `(a₀ + x·∂z/∂x) + y·∂z/∂y`.
+    LlvmpipeMulAdd,
+    /// f32 gradients from snapped vertices, relative to a chosen vertex: SwiftShader.
+    SwiftShader,
+}
+
+/// Which coordinates attributes are interpolated from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SetupFrom {
+    /// The snapped ones [D3D11.3 §15.16.2].
+    Snapped,
+    /// The ones before snapping. llvmpipe.
+    Unsnapped,
+}
+
+/// Where the corners of a wide line come from; they are snapped after the offset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineCorners {
+    /// Offsets from the ends before snapping.
+    UnsnappedEnds,
+    /// Offsets from the snapped ends. llvmpipe.
+    SnappedEnds,
+}
+
+/// How f32 becomes f16.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum F16Rounding {
+    /// Nearest, ties to even; overflow to infinity. SwiftShader, most GPUs.
+    NearestEven,
+    /// Toward zero; overflow to the largest finite number [D3D11.3 §3.2.2]. llvmpipe.
+    TowardZero,
+}
+
+impl RasterRules {
+    /// Our own: D3D11.3's rules with every freedom taken the most accurate way.
+    pub const REFERENCE: Self = Self {
+        subpixel_bits: 8,
+        viewport: ViewportArithmetic::MulAdd,
+        clip_volume: ClipVolume::GuardBand,
+        clip_arithmetic: ClipArithmetic::InsideToOutside,
+        depth_plane: DepthPlane::Reference,
+        setup_from: SetupFrom::Snapped,
+        line_corners: LineCorners::UnsnappedEnds,
+        f16_rounding: F16Rounding::NearestEven,
+    };
+    /// Mesa's llvmpipe on a CPU with FMA.
+    pub const LAVAPIPE: Self = Self {
+        viewport: ViewportArithmetic::Fused,
+        clip_volume: ClipVolume::Frustum,
+        clip_arithmetic: ClipArithmetic::NearestEndpoint,
+        depth_plane: DepthPlane::LlvmpipeFused,
+        setup_from: SetupFrom::Unsnapped,
+        line_corners: LineCorners::SnappedEnds,
+        f16_rounding: F16Rounding::TowardZero,
+        ..Self::REFERENCE
+    };
+    /// Mesa's llvmpipe on a CPU without FMA, or with `GALLIUM_OVERRIDE_CPU_CAPS=sse4.1`.
+    pub const LAVAPIPE_NO_FMA: Self =
+        Self { viewport: ViewportArithmetic::MulAdd, depth_plane: DepthPlane::LlvmpipeMulAdd, ..Self::LAVAPIPE };
+    /// SwiftShader as Chromium builds it: 4 sub-pixel bits.
+    pub const SWIFTSHADER: Self = Self {
+        subpixel_bits: 4,
+        viewport: ViewportArithmetic::Prescaled,
+        clip_volume: ClipVolume::Frustum,
+        clip_arithmetic: ClipArithmetic::OntoPlane,
+        depth_plane: DepthPlane::SwiftShader,
+        ..Self::REFERENCE
+    };
+}
+
+impl Default for RasterRules {
+    fn default() -> Self {
+        Self::REFERENCE
+    }
+}

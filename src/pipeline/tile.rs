@@ -1,0 +1,515 @@
+//! The tile phase: one tile walks all chunks in order, with its part of every attachment as plain slices.
+//!
+//! The general path tests depth and stencil block by block, queues the survivors, shades the queue in one call and
+//! blends it in order. Draws that only count, fill depth or add a constant colour skip the queue (`fast_path.rs`).
+
+use fearless_simd::{Simd, SimdFrom, SimdMask, dispatch, f32x16, i32x16, mask32x16};
+use fearless_simd_macros::simd;
+
+use crate::math::lanes::{Lanes, lanes_from_i32};
+
+use super::bins::{Record, flag};
+use super::chunk::ChunkOutput;
+use super::depth_stencil::{StencilFace, compare16};
+use super::fast_path::FastPath;
+use super::format::{ChannelKind, depth_value, quantize_depth};
+use super::observer::{FragmentEvent, FragmentOutcome, Observer, reborrow};
+use super::pass::Draw;
+use super::raster::{BlockSink, LANE_X, LANE_Y, walk};
+use super::render_pipeline::RenderPipeline;
+use super::shader::{Execution, ShadeBatch, ShadeItem, ShadeSource};
+use super::state::{DepthPlane, MAX_COLOR_TARGETS, StencilFaceState};
+use super::texture::{TILE_PIXELS, offset_in_tile};
+
+/// Blocks that are shaded in one call.
+const QUEUE: usize = 64;
+
+/// A tile's part of the attachments.
+pub(super) struct TileTargets<'a> {
+    /// `[channel][4096]` per target.
+    pub color: [Option<&'a mut [f32]>; MAX_COLOR_TARGETS],
+    pub depth: Option<&'a mut [f32]>,
+    pub stencil: Option<&'a mut [u8]>,
+}
+
+/// What a tile counted.
+#[derive(Clone, Debug, Default)]
+pub(super) struct TileCounters {
+    pub fragments_shaded: u64,
+    pub fragments_passed: u64,
+    /// Fragments passed: a query and a count to add to it.
+    pub queries: Vec<(u32, u64)>,
+}
+
+/// What the tile phase needs to know of the pass.
+pub(super) struct TileContext<'a> {
+    pub draws: &'a [Draw<'a>],
+    pub execution: Execution,
+}
+
+/// A worker's buffers.
+pub(super) struct TileScratch {
+    items: Vec<ShadeItem>,
+    z: Vec<[f32; 16]>,
+    facing: Vec<bool>,
+    keep: [u16; QUEUE],
+    colors: Vec<f32>,
+}
+
+impl Default for TileScratch {
+    fn default() -> Self {
+        Self {
+            items: Vec::with_capacity(QUEUE),
+            z: Vec::with_capacity(QUEUE),
+            facing: Vec::with_capacity(QUEUE),
+            keep: [0; QUEUE],
+            colors: vec![0.0; QUEUE * 64],
+        }
+    }
+}
+
+/// Runs the chunks of a wave through one tile whose first pixel is `origin`.
+pub(super) fn run_tile(
+    context: &TileContext<'_>,
+    tile: usize,
+    origin: [i32; 2],
+    targets: &mut TileTargets<'_>,
+    chunks: &[ChunkOutput],
+    scratch: &mut TileScratch,
+    mut observer: Option<&mut dyn Observer>,
+) -> TileCounters {
+    let mut counters = TileCounters::default();
+    let level = context.execution.level;
+    let observer = reborrow(&mut observer);
+    dispatch!(level, simd => tile_chunks(simd, context, tile, origin, targets, chunks, scratch, &mut counters, observer));
+    counters
+}
+
+#[allow(clippy::too_many_arguments, reason = "the SIMD attribute wants a free function; the caller has eight arguments less the token")]
+#[simd]
+fn tile_chunks<'a, S: Simd>(
+    simd: S,
+    context: &'a TileContext<'a>,
+    tile: usize,
+    origin: [i32; 2],
+    targets: &'a mut TileTargets<'_>,
+    chunks: &'a [ChunkOutput],
+    scratch: &'a mut TileScratch,
+    counters: &'a mut TileCounters,
+    observer: Option<&'a mut dyn Observer>,
+) {
+    let tile_coordinates = [origin[0] >> 6, origin[1] >> 6];
+    let mut worker =
+        TileWorker { context, origin, targets, scratch, counters, observer, chunk: None, draw: u32::MAX, path: FastPath::General };
+    for chunk in chunks {
+        if chunk.bins.is_untouched(tile) {
+            continue;
+        }
+        worker.chunk = Some(chunk);
+        worker.draw = u32::MAX;
+        let mut wide = chunk.bins.wide.iter().peekable();
+        for segment in chunk.bins.segments(tile) {
+            for record in segment {
+                while let Some(primitive) = wide.next_if(|w| w.sequence < record.sequence) {
+                    worker.wide(simd, primitive, tile_coordinates);
+                }
+                worker.record(simd, record);
+            }
+        }
+        for primitive in wide {
+            worker.wide(simd, primitive, tile_coordinates);
+        }
+        worker.flush(simd);
+    }
+}
+
+/// One tile at work.
+pub(super) struct TileWorker<'a, 'b> {
+    context: &'a TileContext<'a>,
+    /// First pixel of the tile.
+    pub origin: [i32; 2],
+    pub targets: &'a mut TileTargets<'b>,
+    scratch: &'a mut TileScratch,
+    pub counters: &'a mut TileCounters,
+    observer: Option<&'a mut dyn Observer>,
+    chunk: Option<&'a ChunkOutput>,
+    /// Draw of the last record.
+    draw: u32,
+    path: FastPath,
+}
+
+impl<'a> TileWorker<'a, '_> {
+    #[inline(always)]
+    fn wide<S: Simd>(&mut self, simd: S, primitive: &super::bins::Prepared, [tx, ty]: [i32; 2]) {
+        let r = primitive.bounds;
+        let touches = r.x0 >> 6 <= tx && (r.x1 - 1) >> 6 >= tx && r.y0 >> 6 <= ty && (r.y1 - 1) >> 6 >= ty;
+        if touches && let Some(record) = primitive.record(tx, ty) {
+            self.record(simd, &record);
+        }
+    }
+
+    #[inline(always)]
+    fn record<S: Simd>(&mut self, simd: S, record: &Record) {
+        if record.draw != self.draw {
+            self.flush(simd);
+            self.begin_draw(record);
+        }
+        let draw = &self.context.draws[record.draw as usize];
+        let (path, source) = (self.path, self.source());
+        if !super::fast_path::run(simd, path, record, draw, source, self.origin, self.targets, self.counters) {
+            self.general(simd, record);
+        }
+    }
+
+    fn begin_draw(&mut self, record: &Record) {
+        self.draw = record.draw;
+        let draw = &self.context.draws[record.draw as usize];
+        let free = draw.query.is_none() && self.observer.is_none();
+        self.path = if free { FastPath::of(draw, self.source()) } else { FastPath::General };
+    }
+
+    fn source(&self) -> ShadeSource<'a> {
+        let (primitives, varyings): (&'a [_], &'a [_]) = match self.chunk {
+            Some(chunk) => (&chunk.attributes, &chunk.varyings),
+            None => (&[], &[]),
+        };
+        let interpolation: &'a [_] = match self.context.draws.get(self.draw as usize) {
+            Some(draw) => &draw.pipeline.interpolation,
+            None => &[],
+        };
+        ShadeSource { primitives, varyings, interpolation }
+    }
+
+    /// Walks a record through the tests and the queue.
+    #[inline(always)]
+    fn general<S: Simd>(&mut self, simd: S, record: &Record) {
+        let draw = &self.context.draws[record.draw as usize];
+        let mut sink = GeneralSink { depth: BlockDepth::new(simd, record, self.origin, draw), worker: self };
+        walk(simd, record, &mut sink);
+    }
+
+    /// Shades and blends what is queued.
+    #[inline(always)]
+    fn flush<S: Simd>(&mut self, simd: S) {
+        if !self.scratch.items.is_empty() {
+            self.flush_queue(simd);
+        }
+    }
+
+    fn flush_queue<S: Simd>(&mut self, simd: S) {
+        let draw = &self.context.draws[self.draw as usize];
+        let pipeline = draw.pipeline;
+        let count = self.scratch.items.len();
+        let outputs = pipeline.fragment.outputs;
+        let source = match self.chunk {
+            Some(chunk) => ShadeSource { primitives: &chunk.attributes, varyings: &chunk.varyings, interpolation: &pipeline.interpolation },
+            None => return,
+        };
+        self.scratch.colors.resize(QUEUE * outputs.max(1) * 64, 0.0);
+        if let Some(fragment) = &pipeline.desc.program.fragment
+            && pipeline.fragment.shades
+        {
+            if pipeline.fragment.per_primitive {
+                for (i, item) in self.scratch.items.iter().enumerate() {
+                    let colors = fragment.primitive_color(&draw.bindings, &source, item.primitive);
+                    for (target, color) in colors.iter().enumerate().take(outputs) {
+                        for (component, value) in color.iter().enumerate() {
+                            self.scratch.colors[((i * outputs + target) * 4 + component) * 16..][..16].fill(*value);
+                        }
+                    }
+                    self.scratch.keep[i] = u16::MAX;
+                }
+            } else {
+                let mut batch = ShadeBatch {
+                    source,
+                    items: &self.scratch.items,
+                    z: &mut self.scratch.z,
+                    colors: &mut self.scratch.colors,
+                    targets: outputs,
+                    keep: &mut self.scratch.keep,
+                    writes_depth: pipeline.desc.program.writes_depth,
+                };
+                fragment.run(self.context.execution, &draw.bindings, &mut batch);
+            }
+            self.counters.fragments_shaded += self.scratch.items.iter().map(|i| u64::from(i.mask.count_ones())).sum::<u64>();
+        }
+        for i in 0..count {
+            self.finish_block(simd, draw, i);
+        }
+        self.scratch.items.clear();
+        self.scratch.z.clear();
+        self.scratch.facing.clear();
+    }
+
+    /// Late tests, counters and blending of one shaded block.
+    #[inline(always)]
+    fn finish_block<S: Simd>(&mut self, simd: S, draw: &Draw<'_>, i: usize) {
+        let pipeline = draw.pipeline;
+        let item = self.scratch.items[i];
+        let (bx, by) = (item.x as i32 - self.origin[0], item.y as i32 - self.origin[1]);
+        let offset = offset_in_tile(bx as usize, by as usize);
+        let mut mask = u32::from(item.mask);
+        if pipeline.desc.program.may_discard {
+            let kept = mask & u32::from(self.scratch.keep[i]);
+            self.observe(draw, item, i, mask & !kept, FragmentOutcome::Discarded, None);
+            mask = kept;
+        }
+        if pipeline.fragment.late_tests {
+            let mut z = <f32x16<S> as Lanes>::load(simd, &self.scratch.z[i]);
+            if pipeline.desc.program.writes_depth {
+                z = clamp_depth(z, draw);
+                z = quantized(z, pipeline);
+                Lanes::store(z, &mut self.scratch.z[i]);
+            }
+            mask = self.test_block(simd, draw, item, i, z, self.scratch.facing[i], mask);
+        }
+        let passed = u64::from(mask.count_ones());
+        self.counters.fragments_passed += passed;
+        if let Some(query) = draw.query {
+            match self.counters.queries.last_mut() {
+                Some((last, count)) if *last == query => *count += passed,
+                _ => self.counters.queries.push((query, passed)),
+            }
+        }
+        if mask == 0 {
+            return;
+        }
+        let before = self.observer.is_some().then(|| self.snapshot(pipeline, offset));
+        let outputs = pipeline.fragment.outputs;
+        for (target, plan) in pipeline.targets.iter().enumerate() {
+            let (Some(plan), Some(planes)) = (plan, self.targets.color[target].as_deref_mut()) else { continue };
+            let source = &self.scratch.colors[(i * outputs + target) * 64..][..64];
+            let second = if outputs > pipeline.targets.len() { &self.scratch.colors[(i * outputs + 1) * 64..][..64] } else { source };
+            plan.store(simd, planes, offset, mask, source, second, draw.blend_constant);
+        }
+        self.observe(draw, item, i, mask, FragmentOutcome::Passed, before.as_deref());
+    }
+
+    /// Depth and stencil tests of the pixels in `mask`; returns those that pass. Depth `z` is as the target stores it.
+    #[inline(always)]
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "a block is its item, queue place, depth, facing and mask; a struct would only rename them"
+    )]
+    fn test_block<S: Simd>(&mut self, simd: S, draw: &Draw<'_>, item: ShadeItem, i: usize, z: f32x16<S>, back: bool, mask: u32) -> u32 {
+        let plan = &draw.pipeline.depth;
+        let (bx, by) = (item.x as i32 - self.origin[0], item.y as i32 - self.origin[1]);
+        let offset = offset_in_tile(bx as usize, by as usize);
+        let face = if back { plan.stencil_back } else { plan.stencil_front };
+        let face = stencil_face(draw, face);
+        let mut stencil_pass = mask;
+        let stencil_before: Option<[u8; 16]> = self.observer.is_some().then(|| self.stencil_block(offset));
+        if plan.stencil
+            && let Some(stencil) = self.targets.stencil.as_deref_mut()
+        {
+            stencil_pass = face.test(simd, &stencil[offset..], mask);
+            face.apply(simd, face.state.fail_op, &mut stencil[offset..], mask & !stencil_pass);
+        }
+        let mut pass = stencil_pass;
+        if plan.tests_depth()
+            && let Some(depth) = self.targets.depth.as_deref_mut()
+        {
+            let stored = <f32x16<S> as Lanes>::load(simd, &depth[offset..]);
+            pass &= compare16(simd, plan.compare, z, stored).to_bitmask() as u32;
+            if plan.write {
+                let written = <f32x16<S> as Lanes>::select(mask32x16::from_bitmask(simd, u64::from(pass)), z, stored);
+                Lanes::store(written, &mut depth[offset..]);
+            }
+        }
+        if plan.stencil
+            && let Some(stencil) = self.targets.stencil.as_deref_mut()
+        {
+            face.apply(simd, face.state.depth_fail_op, &mut stencil[offset..], stencil_pass & !pass);
+            face.apply(simd, face.state.pass_op, &mut stencil[offset..], pass);
+        }
+        if let Some(before) = stencil_before {
+            self.observe_stencil(draw, item, i, mask & !stencil_pass, FragmentOutcome::StencilFailed, &before);
+            self.observe_stencil(draw, item, i, stencil_pass & !pass, FragmentOutcome::DepthFailed, &before);
+        }
+        pass
+    }
+
+    fn stencil_block(&self, offset: usize) -> [u8; 16] {
+        let mut block = [0; 16];
+        if let Some(stencil) = self.targets.stencil.as_deref() {
+            block.copy_from_slice(&stencil[offset..offset + 16]);
+        }
+        block
+    }
+
+    /// Target 0 of a block, `[component][16]`.
+    fn snapshot(&self, pipeline: &RenderPipeline, offset: usize) -> Vec<f32> {
+        let mut block = vec![0.0; 64];
+        if let (Some(Some(plan)), Some(planes)) = (pipeline.targets.first(), self.targets.color[0].as_deref()) {
+            for c in 0..plan.channels {
+                block[c * 16..c * 16 + 16].copy_from_slice(&planes[c * TILE_PIXELS + offset..][..16]);
+            }
+        }
+        block
+    }
+
+    fn observe_stencil(&mut self, draw: &Draw<'_>, item: ShadeItem, i: usize, mask: u32, outcome: FragmentOutcome, before: &[u8; 16]) {
+        self.report(draw, item, i, mask, outcome, None, Some(before));
+    }
+
+    fn observe(&mut self, draw: &Draw<'_>, item: ShadeItem, i: usize, mask: u32, outcome: FragmentOutcome, before: Option<&[f32]>) {
+        self.report(draw, item, i, mask, outcome, before, None);
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "an event has this many parts")]
+    fn report(
+        &mut self,
+        draw: &Draw<'_>,
+        item: ShadeItem,
+        i: usize,
+        mask: u32,
+        outcome: FragmentOutcome,
+        color_before: Option<&[f32]>,
+        stencil_before: Option<&[u8; 16]>,
+    ) {
+        if self.observer.is_none() || mask == 0 {
+            return;
+        }
+        let pipeline = draw.pipeline;
+        let offset = offset_in_tile((item.x as i32 - self.origin[0]) as usize, (item.y as i32 - self.origin[1]) as usize);
+        let after = self.snapshot(pipeline, offset);
+        let stencil_after = self.stencil_block(offset);
+        let outputs = pipeline.fragment.outputs;
+        let shaded = matches!(outcome, FragmentOutcome::Passed | FragmentOutcome::Discarded) && outputs > 0;
+        let kind = pipeline.depth.kind.unwrap_or(ChannelKind::Float32);
+        let z = self.scratch.z.get(i).copied().unwrap_or_default();
+        let attributes = self.chunk.and_then(|c| c.attributes.get(item.primitive as usize));
+        let primitive_id = attributes.filter(|_| pipeline.fragment.attributes).map_or(0, |a| a.primitive_id);
+        for lane in (0..16usize).filter(|lane| mask >> lane & 1 == 1) {
+            let four = |block: &[f32]| [0, 1, 2, 3].map(|c: usize| block[c * 16 + lane]);
+            let event = FragmentEvent {
+                draw: self.draw,
+                primitive_id,
+                x: item.x + (lane as u32 & 3),
+                y: item.y + (lane as u32 >> 2),
+                depth: depth_value(kind, z[lane]),
+                outcome,
+                stencil_before: stencil_before.map_or(stencil_after[lane], |b| b[lane]),
+                stencil_after: stencil_after[lane],
+                shader_color: if shaded { four(&self.scratch.colors[i * outputs * 64..][..64]) } else { [0.0; 4] },
+                color_before: four(color_before.unwrap_or(&after)),
+                color_after: four(&after),
+            };
+            if let Some(observer) = self.observer.as_deref_mut() {
+                observer.fragment(event);
+            }
+        }
+    }
+}
+
+/// A draw's stencil state for one facing.
+#[inline(always)]
+pub(super) fn stencil_face(draw: &Draw<'_>, state: StencilFaceState) -> StencilFace {
+    let plan = &draw.pipeline.depth;
+    StencilFace { state, reference: draw.stencil_reference as u8, read_mask: plan.read_mask, write_mask: plan.write_mask }
+}
+
+/// To the viewport's depth range; not-a-number becomes the nearer end.
+#[inline(always)]
+fn clamp_depth<S: Simd>(z: f32x16<S>, draw: &Draw<'_>) -> f32x16<S> {
+    let (a, b) = (draw.viewport.min_depth, draw.viewport.max_depth);
+    Lanes::clamp(z, a.min(b), a.max(b))
+}
+
+/// To what the depth format stores.
+#[inline(always)]
+fn quantized<S: Simd>(z: f32x16<S>, pipeline: &RenderPipeline) -> f32x16<S> {
+    match pipeline.depth.kind {
+        Some(kind @ ChannelKind::UnormDepth(_)) => Lanes::map(z, |v| quantize_depth(kind, v)),
+        _ => z,
+    }
+}
+
+/// Depth of a record's blocks.
+#[derive(Clone, Copy)]
+pub(super) struct BlockDepth<S: Simd> {
+    /// Column and row of each lane, from the anchor to the tile's first pixel.
+    x: f32x16<S>,
+    y: f32x16<S>,
+    plane: [f32; 3],
+    rule: DepthPlane,
+    clamp: Option<(f32, f32)>,
+}
+
+impl<S: Simd> BlockDepth<S> {
+    #[inline(always)]
+    pub fn new(simd: S, record: &Record, origin: [i32; 2], draw: &Draw<'_>) -> Self {
+        let lane = |offsets: [i32; 16], axis: usize| {
+            let whole = lanes_from_i32(i32x16::simd_from(simd, offsets) + (origin[axis] - i32::from(record.anchor[axis])));
+            let sixteenths = record.flags >> (flag::SIXTEENTHS + 4 * axis as u32) & 15;
+            // Exact: at most 15 bits of whole pixels and four of fraction.
+            if sixteenths == 0 { whole } else { whole - sixteenths as f32 * 0.0625 }
+        };
+        let range = (draw.viewport.min_depth, draw.viewport.max_depth);
+        let clamp = (record.flags & flag::CLAMP_Z != 0).then_some((range.0.min(range.1), range.0.max(range.1)));
+        Self { x: lane(LANE_X, 0), y: lane(LANE_Y, 1), plane: record.z, rule: draw.pipeline.rules.depth_plane, clamp }
+    }
+
+    /// Depth of the block at pixel (bx, by) of the tile, clamped.
+    #[inline(always)]
+    pub fn at(&self, bx: i32, by: i32) -> f32x16<S> {
+        let [base, dx, dy] = self.plane;
+        let (x, y) = (self.x + bx as f32, self.y + by as f32);
+        let z = match self.rule {
+            DepthPlane::Reference | DepthPlane::SwiftShader => (y * dy + base) + x * dx,
+            DepthPlane::LlvmpipeMulAdd => (x * dx + base) + y * dy,
+            DepthPlane::LlvmpipeFused => {
+                <f32x16<S> as Lanes>::from_fn(Lanes::token(x), |i| dy.mul_add(y.lane(i), dx.mul_add(x.lane(i), base)))
+            }
+        };
+        match self.clamp {
+            Some((low, high)) => Lanes::clamp(z, low, high),
+            None => z,
+        }
+    }
+}
+
+/// Tests blocks and queues them.
+struct GeneralSink<'w, 'a, 'b, S: Simd> {
+    worker: &'w mut TileWorker<'a, 'b>,
+    depth: BlockDepth<S>,
+}
+
+impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
+    #[inline(always)]
+    fn block(&mut self, simd: S, record: &Record, bx: i32, by: i32, mask: mask32x16<S>) {
+        let worker = &mut *self.worker;
+        let draw = &worker.context.draws[record.draw as usize];
+        let pipeline = draw.pipeline;
+        let mut z = self.depth.at(bx, by);
+        let late = pipeline.fragment.late_tests;
+        if !(late && pipeline.desc.program.writes_depth) && pipeline.depth.tests_depth() {
+            z = quantized(z, pipeline);
+        }
+        let item = ShadeItem {
+            x: (worker.origin[0] + bx) as u32,
+            y: (worker.origin[1] + by) as u32,
+            primitive: record.attributes,
+            mask: mask.to_bitmask() as u16,
+        };
+        let back = record.flags & flag::BACK != 0;
+        let mut lanes = [0.0; 16];
+        Lanes::store(z, &mut lanes);
+        // The queue's slot is filled first, so that an observer sees the depth of fragments that fail.
+        worker.scratch.z.push(lanes);
+        let mut covered = u32::from(item.mask);
+        if !late {
+            let slot = worker.scratch.items.len();
+            covered = worker.test_block(simd, draw, item, slot, z, back, covered);
+        }
+        if covered == 0 {
+            worker.scratch.z.pop();
+            return;
+        }
+        worker.scratch.items.push(ShadeItem { mask: covered as u16, ..item });
+        worker.scratch.facing.push(back);
+        if worker.scratch.items.len() == QUEUE {
+            worker.flush_queue(simd);
+        }
+    }
+}

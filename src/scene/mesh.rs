@@ -1,0 +1,46 @@
+//! From an object's description to its mesh.
+
+use std::path::Path as FilePath;
+
+use super::check::At;
+use super::description::Scene;
+use super::load::SceneError;
+use super::object::Object;
+use super::shape::Shape;
+use crate::geom::Mesh;
+use crate::geom::shapes::ShapeError;
+
+/// Why an object has no mesh.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ObjectError {
+    /// A field of the procedural shape is out of its range.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// The mesh file could not be read; the message names it, and the line or byte where it has one.
+    #[error("{0}")]
+    File(String),
+}
+
+impl Object {
+    /// The object's mesh in object space: built, or read from its file below `base_dir`.
+    pub fn mesh(&self, base_dir: &FilePath) -> Result<Mesh, ObjectError> {
+        match (&self.shape, self.shape.build()) {
+            (_, Some(built)) => Ok(built?),
+            (Shape::Mesh(path), None) => Err(ObjectError::File(format!("{}", base_dir.join(path).display()))),
+            (_, None) => Ok(Mesh::default()),
+        }
+    }
+}
+
+impl Scene {
+    /// The mesh of object `index`, in object space. An error names the place of the object's shape in the scene file.
+    ///
+    /// An index past the last object gives an empty mesh.
+    pub fn mesh(&self, index: usize) -> Result<Mesh, SceneError> {
+        let Some(object) = self.objects.get(index) else { return Ok(Mesh::default()) };
+        object.mesh(&self.source.base_dir).map_err(|error| {
+            let objects = At::ROOT.field("objects");
+            self.source.mesh_error(objects.index(index).field("shape").path(), error.to_string())
+        })
+    }
+}

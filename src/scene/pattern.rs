@@ -1,0 +1,157 @@
+//! The definition of the albedo patterns: from a point and a normal to a colour, one point at a time.
+//!
+//! Patterns are point samples without filtering: a caller that wants no moiré asks more than once per pixel. Every random choice is a
+//! function of (seed, cell), so a pattern has the same bits on any machine.
+
+use glam::{Vec2, Vec3};
+
+use crate::math::noise::Fbm;
+
+use super::material::Albedo;
+
+impl Albedo {
+    /// Albedo at `position_ws` (m) of a surface with normal `normal_ws` (any length), linear RGB.
+    #[must_use]
+    pub fn at(&self, position_ws: Vec3, normal_ws: Vec3) -> Vec3 {
+        match self {
+            Self::Solid(colour) => *colour,
+            Self::Tiles { size_m, colours, grout, grout_width_m, variation, seed } => {
+                let (face, point_m) = pattern_point(position_ws, normal_ws);
+                let tile = (point_m / *size_m).floor();
+                let inside_m = point_m - tile * *size_m;
+                let to_edge_m = inside_m.min(*size_m - inside_m).min_element();
+                if to_edge_m < 0.5 * grout_width_m {
+                    return *grout;
+                }
+                let bits = hash(*seed, face, tile);
+                let colour = colours.get((bits >> 8) as usize % colours.len().max(1)).copied().unwrap_or(*grout);
+                // Sixteen bits for the brightness, from 1 − variation to 1 + variation; a bright tile may not reflect more than it gets.
+                let brightness = 1.0 + variation * ((bits & 0xffff) as f32 * (2.0 / 65535.0) - 1.0);
+                (colour * brightness).min(Vec3::ONE)
+            }
+            Self::Checker { size_m, even, odd } => {
+                let (_, point_m) = pattern_point(position_ws, normal_ws);
+                let square = (point_m / *size_m).floor();
+                if (square.x + square.y).rem_euclid(2.0) == 0.0 { *even } else { *odd }
+            }
+            Self::Noise { low, high, scale_m, octaves, seed } => {
+                let p = position_ws / *scale_m;
+                let noise = Fbm { octaves: *octaves, ..Fbm::default() }.at3(p.x, p.y, p.z, *seed);
+                // Fbm sums keep within about ±0.6 almost everywhere; spread that over the two colours.
+                let share = (0.5 + noise * (0.5 / 0.6)).clamp(0.0, 1.0);
+                *low + (*high - *low) * share
+            }
+        }
+    }
+}
+
+/// The two pattern coordinates of a point, m, and the axis (0 = x, 1 = y, 2 = z) its surface faces.
+///
+/// The axis is the one of the normal's largest component, y before x before z where they are equal: (x, z) on floors, (z, y) on walls
+/// that face along x, (x, y) on those that face along z.
+fn pattern_point(position_ws: Vec3, normal_ws: Vec3) -> (u32, Vec2) {
+    let n = normal_ws.abs();
+    let p = position_ws;
+    if n.y >= n.x && n.y >= n.z {
+        (1, Vec2::new(p.x, p.z))
+    } else if n.x >= n.z {
+        (0, Vec2::new(p.z, p.y))
+    } else {
+        (2, Vec2::new(p.x, p.y))
+    }
+}
+
+/// Thirty-two well-mixed bits for one tile: the finaliser of MurmurHash3 over its coordinates, one after the other.
+fn hash(seed: u32, face: u32, tile: Vec2) -> u32 {
+    let mut bits = seed ^ 0x9e37_79b9;
+    // The casts saturate far outside of any scene; a NaN coordinate is tile 0.
+    for word in [face, tile.x as i32 as u32, tile.y as i32 as u32] {
+        bits = bits.wrapping_mul(0x85eb_ca6b) ^ word;
+        bits ^= bits >> 16;
+        bits = bits.wrapping_mul(0x85eb_ca6b);
+        bits ^= bits >> 13;
+        bits = bits.wrapping_mul(0xc2b2_ae35);
+        bits ^= bits >> 16;
+    }
+    bits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tiles(variation: f32) -> Albedo {
+        Albedo::Tiles {
+            size_m: Vec2::new(0.2, 0.1),
+            colours: vec![Vec3::new(0.9, 0.1, 0.1), Vec3::new(0.1, 0.1, 0.9)],
+            grout: Vec3::splat(0.5),
+            grout_width_m: 0.02,
+            variation,
+            seed: 7,
+        }
+    }
+
+    #[test]
+    fn tiles_have_grout_of_the_stated_width() {
+        let albedo = tiles(0.0);
+        let count = 20000;
+        let grouted = (0..count).filter(|i| albedo.at(Vec3::new(*i as f32 * 1e-4 + 5e-5, 0.0, 0.05), Vec3::Y) == Vec3::splat(0.5)).count();
+        // 0.02 of every 0.2 m along x.
+        assert!((grouted as f32 / count as f32 - 0.1).abs() < 0.002, "{grouted}");
+        assert_eq!(albedo.at(Vec3::new(0.1, 0.0, 0.009), Vec3::Y), Vec3::splat(0.5));
+        assert_ne!(albedo.at(Vec3::new(0.1, 0.0, 0.011), Vec3::Y), Vec3::splat(0.5));
+    }
+
+    #[test]
+    fn tiles_draw_each_colour_with_the_same_chance() {
+        let albedo = tiles(0.0);
+        let mut red = 0;
+        for column in 0..100 {
+            for row in 0..100 {
+                let p = Vec3::new(column as f32 * 0.2 + 0.1, 0.0, row as f32 * 0.1 + 0.05);
+                red += usize::from(albedo.at(p, Vec3::Y).x > 0.5);
+            }
+        }
+        // 10^4 fair draws: five standard deviations are 250.
+        assert!((4750..=5250).contains(&red), "{red}");
+    }
+
+    #[test]
+    fn tiles_vary_in_brightness_but_never_reflect_more_than_they_get() {
+        let albedo = tiles(1.0);
+        let values: Vec<f32> = (0..500).map(|i| albedo.at(Vec3::new(i as f32 * 0.2 + 0.1, 0.0, 0.05), Vec3::Y).max_element()).collect();
+        assert!(values.iter().all(|v| (0.0..=1.0).contains(v)));
+        assert!(values.iter().any(|&v| v < 0.2) && values.contains(&1.0));
+    }
+
+    #[test]
+    fn patterns_of_floor_and_wall_share_their_lines() {
+        let albedo = tiles(0.0);
+        let floor = |x: f32| albedo.at(Vec3::new(x, 0.0, 0.05), Vec3::Y) == Vec3::splat(0.5);
+        let wall = |x: f32| albedo.at(Vec3::new(x, 0.05, 0.0), Vec3::Z) == Vec3::splat(0.5);
+        for i in 0..1000 {
+            let x = i as f32 * 1e-3 + 5e-4;
+            assert_eq!(floor(x), wall(x), "{x}");
+        }
+    }
+
+    #[test]
+    fn checker_alternates_through_the_origin() {
+        let albedo = Albedo::Checker { size_m: 0.5, even: Vec3::ONE, odd: Vec3::ZERO };
+        let at = |x: f32, z: f32| albedo.at(Vec3::new(x, 9.0, z), Vec3::Y).x;
+        assert_eq!([at(0.1, 0.1), at(-0.1, 0.1), at(-0.1, -0.1), at(0.6, 0.1), at(0.6, 0.6)], [1.0, 0.0, 1.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn noise_stays_between_its_colours_and_uses_most_of_the_way() {
+        let albedo = Albedo::Noise { low: Vec3::splat(0.2), high: Vec3::splat(0.6), scale_m: 0.3, octaves: 5, seed: 3 };
+        let (mut low, mut high) = (1.0_f32, 0.0_f32);
+        for i in 0..20000 {
+            let p = Vec3::new((i % 141) as f32 * 0.071, 0.3, (i / 141) as f32 * 0.063);
+            let value = albedo.at(p, Vec3::Y).x;
+            low = low.min(value);
+            high = high.max(value);
+        }
+        assert!((0.199..0.27).contains(&low) && (0.53..0.601).contains(&high), "{low} {high}");
+    }
+}

@@ -1,0 +1,126 @@
+//! The settings of each technique: one struct per technique, every field with its unit, its range and its default.
+
+use serde::{Deserialize, Serialize};
+
+use super::check::{At, Invalid, MAX_LENGTH_M};
+
+/// Largest side of the water grid that a technique may ask for, in vertices.
+pub const MAX_GRID: u32 = 4096;
+
+/// What the techniques are told, beyond the scene itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TechniqueSettings {
+    /// Caustic volumes (Sandberg & Falemo 2005). Default: all defaults
+    pub caustic_volumes: CausticVolumes,
+}
+
+/// Whether light is counted as the paper prints it, or so that none is made or lost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Radiometry {
+    /// The published equation, to the letter.
+    Paper,
+    /// Flux is conserved: transmittance and both cosines are in, and receivers answer to the angle of the light.
+    #[default]
+    Physical,
+}
+
+/// How the eye sees through the water surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum EyeRefraction {
+    /// The picture of what is under water, looked up through a plane at the mean level and shifted by the waves [SF05 §3.5].
+    VirtualPlane,
+    /// Each pixel's ray refracted by Snell's law and followed to what it hits.
+    #[default]
+    Snell,
+}
+
+/// Which faces of the caustic volumes are rasterized.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Faces {
+    /// Those towards the eye: the paper's choice, wrong where the eye is inside a volume.
+    Front,
+    /// Those away from the eye: right for any eye, at the price of the pixels in front of nearer receivers.
+    Back,
+    /// `Back` when the eye is under water, else `Front`.
+    #[default]
+    Auto,
+}
+
+/// Settings of the technique `caustic-volumes`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CausticVolumes {
+    /// How light is counted. Default: Physical
+    pub radiometry: Radiometry,
+    /// Columns and rows of vertices of the water mesh that makes the volumes, each from 2 to 4096, in place of the water's own grid.
+    /// Default: None, the water's grid
+    pub grid: Option<(u32, u32)>,
+    /// How far the volumes reach below the lowest receiver, m, from 0 to 1e6; above 0 so that the floor lies inside. Default: 0.05
+    pub depth_below_floor_m: f32,
+    /// Share of the light, after absorption, below which a volume is cut off by a bottom cap, from 0 to 0.5. Default: 0.001
+    pub negligible_light: f32,
+    /// How the eye sees through the water surface. Default: Snell (the paper: VirtualPlane)
+    pub eye_refraction: EyeRefraction,
+    /// Whether objects under water cut off the light behind them. Default: true (the paper: false)
+    pub underwater_shadows: bool,
+    /// Whether objects above the water cut off the light before it enters. Default: true (the paper: false)
+    pub surface_shadows: bool,
+    /// Width and height of the shadow maps, texels, from 16 to 16384. Default: 2048
+    pub shadow_map_size: u32,
+    /// Which faces of the volumes are rasterized. Default: Auto
+    pub faces: Faces,
+    /// Samples along each side of a pixel, from 1 to 8: the picture is rendered that many times larger and averaged. Default: 1
+    pub samples: u32,
+}
+
+impl Default for CausticVolumes {
+    fn default() -> Self {
+        Self {
+            radiometry: Radiometry::Physical,
+            grid: None,
+            depth_below_floor_m: 0.05,
+            negligible_light: 0.001,
+            eye_refraction: EyeRefraction::Snell,
+            underwater_shadows: true,
+            surface_shadows: true,
+            shadow_map_size: 2048,
+            faces: Faces::Auto,
+            samples: 1,
+        }
+    }
+}
+
+impl CausticVolumes {
+    /// The technique as the paper has it: its equation, its virtual plane, no shadows, front faces.
+    pub const PAPER: Self = Self {
+        radiometry: Radiometry::Paper,
+        grid: None,
+        depth_below_floor_m: 0.05,
+        negligible_light: 0.001,
+        eye_refraction: EyeRefraction::VirtualPlane,
+        underwater_shadows: false,
+        surface_shadows: false,
+        shadow_map_size: 2048,
+        faces: Faces::Front,
+        samples: 1,
+    };
+
+    fn validate(&self, at: &At<'_>) -> Result<(), Invalid> {
+        if let Some((columns, rows)) = self.grid {
+            let grid = at.field("grid");
+            grid.index(0).count(columns, 2..=MAX_GRID)?;
+            grid.index(1).count(rows, 2..=MAX_GRID)?;
+        }
+        at.field("depth_below_floor_m").within(self.depth_below_floor_m, 0.0..=MAX_LENGTH_M, "m")?;
+        at.field("negligible_light").within(self.negligible_light, 0.0..=0.5, "")?;
+        at.field("shadow_map_size").count(self.shadow_map_size, 16..=16384)?;
+        at.field("samples").count(self.samples, 1..=8)
+    }
+}
+
+impl TechniqueSettings {
+    pub(super) fn validate(&self, at: &At<'_>) -> Result<(), Invalid> {
+        self.caustic_volumes.validate(&at.field("caustic_volumes"))
+    }
+}
