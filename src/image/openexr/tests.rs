@@ -1,4 +1,8 @@
+use std::io::Cursor;
+
+use super::read::split_name;
 use super::*;
+use crate::image::{Image, Layer, LayerSet};
 
 /// Every class of float, with payloads: what a lossless file must bring back.
 const AWKWARD: [u32; 12] = [
@@ -113,6 +117,47 @@ fn half_floats_prefixes_and_tiles_of_other_writers_are_read() {
     assert_eq!((values("color"), values("diffuse")), (vec![1.0, 2.0, 3.0], vec![4.0, 5.0, 6.0]));
 }
 
+/// One part called `part` whose channels `R` and `G` count up, written by the crate `exr` itself.
+fn foreign(compression: exr::prelude::Compression, blocks: exr::prelude::Blocks, position: (i32, i32)) -> Vec<u8> {
+    use exr::prelude::*;
+    let channel =
+        |name: &str, first: f32| AnyChannel::new(name, FlatSamples::F32((0..20 * 11).map(|index| first + index as f32).collect()));
+    let list = SmallVec::from_vec(vec![channel("R", 0.0), channel("G", 1000.0)]);
+    let attributes = LayerAttributes::named("part").with_position(Vec2(position.0, position.1));
+    let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
+    let picture = Image::from_layer(Layer::new((20, 11), attributes, encoding, AnyChannels::sort(list)));
+    let mut bytes = Cursor::new(Vec::new());
+    picture.write().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+#[test]
+fn every_lossless_compression_is_read_in_lines_and_in_tiles() {
+    use exr::prelude::{Blocks, Compression, Vec2};
+    for compression in [Compression::Uncompressed, Compression::RLE, Compression::ZIP1, Compression::ZIP16, Compression::PIZ] {
+        for blocks in [Blocks::ScanLines, Blocks::Tiles(Vec2(8, 4))] {
+            // A data window that does not start at the origin moves no pixel.
+            for position in [(0, 0), (-7, 300)] {
+                let read = decode(&foreign(compression, blocks, position)).unwrap();
+                let layer = read.get("part").unwrap();
+                for (plane, first) in layer.planes().iter().zip([0.0, 1000.0]) {
+                    let expected = Image::from_fn(20, 11, |x, y| first + (20 * y + x) as f32).unwrap();
+                    assert_eq!(plane.pixels(), expected.pixels(), "{compression:?} {blocks:?} at {position:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn lossy_compression_is_refused_by_name() {
+    use exr::prelude::{Blocks, Compression};
+    for compression in [Compression::PXR24, Compression::B44, Compression::B44A] {
+        let error = decode(&foreign(compression, Blocks::ScanLines, (0, 0))).unwrap_err();
+        assert!(matches!(error, ExrError::UnsupportedCompression { name, .. } if name == "part"), "{compression:?}");
+    }
+}
+
 #[test]
 fn integer_channels_are_refused_by_name() {
     use exr::prelude::*;
@@ -146,16 +191,23 @@ fn a_declared_size_beyond_the_bytes_is_refused() {
 
 #[test]
 fn damaged_bytes_never_panic() {
+    use exr::prelude::{Blocks, Compression, Vec2};
     let mut set = LayerSet::new();
     set.push(Layer::new("color", vec![plane(9, 7, 0); 3]).unwrap()).unwrap();
     set.push(Layer::new("depth", vec![plane(9, 7, 5)]).unwrap()).unwrap();
-    let bytes = encode(&set).unwrap();
-    // Every byte in turn becomes each of a few telling values; what comes out matters less than that something does.
-    for at in 0..bytes.len() {
-        for value in [0, 1, 0x7f, 0x80, 0xff, bytes[at] ^ 1] {
-            let mut damaged = bytes.clone();
-            damaged[at] = value;
-            let _ = decode(&damaged);
+    let mut files = vec![encode(&set).unwrap()];
+    for compression in [Compression::Uncompressed, Compression::RLE, Compression::PIZ, Compression::B44] {
+        files.push(foreign(compression, Blocks::Tiles(Vec2(16, 8)), (0, 0)));
+    }
+    for bytes in files {
+        // Every byte of the headers in turn, and some of the pixels, becomes each of a few telling values.
+        for at in (0..bytes.len()).filter(|at| *at < 700 || at.is_multiple_of(13)) {
+            for value in [0, 1, 0x7f, 0x80, 0xff, bytes[at] ^ 1] {
+                let mut damaged = bytes.clone();
+                damaged[at] = value;
+                // Damage to a pixel cannot be noticed; any other answer than a panic will do.
+                let _ = decode(&damaged);
+            }
         }
     }
 }

@@ -1,0 +1,84 @@
+//! Multi-layer OpenEXR: the file to measure.
+//!
+//! In: a [`LayerSet`](crate::image::LayerSet). Out: a multi-part file, one part per layer in the order of the set, each part named exactly as
+//! the layer; 32-bit floats, ZIP over 16 scan lines, so every bit pattern comes back, NaN payloads included. Viewers that know no parts show
+//! the first. Channels are `Y`, `X Y`, `R G B` or `R G B A`, which is how viewers know grey, vectors and colours.
+//!
+//! Equal layers give equal bytes: blocks are compressed in parallel but written in order, and no time or machine is recorded.
+//!
+//! The reader also takes what other renderers write: half floats, tiles, and the older convention of one part whose channels carry the
+//! layer as a prefix (`diffuse.R`). A part without a name is the layer `color`. Lossy compression and integer channels are refused by name.
+
+mod read;
+mod write;
+
+pub use read::decode;
+pub use write::encode;
+
+use crate::image::{LayerError, SizeError};
+
+/// The first bytes of every EXR.
+pub const SIGNATURE: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
+
+/// Name given to channels that belong to no named part or prefix.
+pub const UNNAMED: &str = "color";
+
+/// Why an EXR cannot be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum ExrError {
+    /// An EXR holds at least one layer.
+    #[error("there is no layer to write")]
+    NoLayers,
+    /// Coordinates of an EXR are signed 32-bit numbers.
+    #[error("layer `{name}` is {width}x{height} pixels; an EXR holds at most 2147483647 in each direction")]
+    TooLarge {
+        /// Name of the layer.
+        name: String,
+        /// Its width, in pixels.
+        width: u32,
+        /// Its height, in pixels.
+        height: u32,
+    },
+    /// The header declares more pixels than the bytes of the file can hold.
+    #[error("the EXR declares {declared_bytes} bytes of pixels, more than its {file_bytes} bytes can hold")]
+    Implausible {
+        /// Bytes of all pixels of all parts.
+        declared_bytes: u128,
+        /// Length of the file.
+        file_bytes: usize,
+    },
+    /// The pixels are compressed with loss, which no measurement should build on.
+    #[error("layer `{name}` is compressed as {found}; uncompressed, RLE, ZIP and PIZ are read, which lose nothing")]
+    UnsupportedCompression {
+        /// Name of the part, empty if it has none.
+        name: String,
+        /// How it is compressed.
+        found: String,
+    },
+    /// The channel is stored in a way that layers do not have.
+    #[error("channel `{channel}` is {found}; only full-resolution half and float channels are read")]
+    UnsupportedChannel {
+        /// Name of the channel in the file.
+        channel: String,
+        /// How it is stored.
+        found: &'static str,
+    },
+    /// Blocks of pixels are missing or lie outside of the image.
+    #[error("layer `{name}` does not have every pixel exactly once")]
+    WrongPixels {
+        /// Name of the part, empty if it has none.
+        name: String,
+    },
+    /// The file is damaged, or uses a part of the format that is not supported.
+    #[error("not a valid EXR")]
+    Codec(#[from] exr::error::Error),
+    /// The pixels do not make an image.
+    #[error(transparent)]
+    Size(#[from] SizeError),
+    /// The channels do not make layers.
+    #[error(transparent)]
+    Layer(#[from] LayerError),
+}
+
+#[cfg(test)]
+mod tests;
