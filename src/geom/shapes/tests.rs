@@ -208,7 +208,7 @@ proptest! {
         check_shape(&Shape::Cone(Cone { radius_m: a, top_radius_m: if p == 1 { 0.0 } else { b }, height_m: b, slices: n }));
         check_shape(&Shape::Capsule(Capsule { radius_m: a, length_m: b, slices: n, stacks: m }));
         check_shape(&Shape::Torus(Torus { radius_m: a, tube_radius_m: a * b, slices: n, sides: m }));
-        if super::round::gcd(p, q) == 1 {
+        if round::gcd(p, q) == 1 {
             check_shape(&Shape::TorusKnot(TorusKnot { p, q, radius_m: a, ring_radius_m: a * 0.4, tube_radius_m: a * 0.05, segments: 64 + n * 4, sides: m }));
         }
         check_shape(&Shape::Pot(Pot { height_m: a, thickness: 0.005 + 0.035 * b, slices: n + 5, ..Pot::default() }));
