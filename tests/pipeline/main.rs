@@ -5,4 +5,5 @@
 
 mod common;
 mod coverage;
+mod meshes;
 mod reference;
