@@ -6,4 +6,7 @@
 mod common;
 mod coverage;
 mod meshes;
+mod order;
+mod presets;
 mod reference;
+mod volumes;

@@ -53,8 +53,7 @@ fn jittered_grid(rng: &mut Rng, size: (u32, u32), step: f64, offset: f64) -> Vec
     let most = (size.0.min(size.1) as i64 / 2).clamp(3, 40);
     let (columns, rows) = (rng.int(2..most) as usize, rng.int(2..most) as usize);
     let margin = [rng.real(1.0, 30.0), rng.real(1.0, 30.0)];
-    let cell =
-        [(f64::from(size.0) + 2.0 * margin[0]) / (columns - 1) as f64, (f64::from(size.1) + 2.0 * margin[1]) / (rows - 1) as f64];
+    let cell = [(f64::from(size.0) + 2.0 * margin[0]) / (columns - 1) as f64, (f64::from(size.1) + 2.0 * margin[1]) / (rows - 1) as f64];
     let mut place = Vec::new();
     for j in 0..rows {
         for i in 0..columns {
