@@ -52,6 +52,39 @@ fn name_of<S: Simd>(_simd: S) -> &'static str {
     }
 }
 
+/// The token of the least level that every x86-64 processor has.
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+#[must_use]
+pub fn baseline() -> impl Simd {
+    Level::baseline().as_sse2().unwrap_or_else(|| unreachable!("every x86-64 processor has SSE2"))
+}
+
+/// Runs large generic code at a level, with fewer copies of it than [`dispatch!`] makes: AVX-512, AVX2 and the target's baseline.
+///
+/// `wide_dispatch!(level, simd => wide, narrow)`: `wide` is evaluated with a token where the level has vectors of 8 or more
+/// lanes, else `narrow`, which may name `simd` again (the baseline's token) or be scalar. Shaders and the tile loop are
+/// large, every copy costs build time, and SSE4.2 gains little over SSE2 there. Results do not depend on it.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! wide_dispatch {
+    ($level:expr, $simd:ident => $wide:expr, $narrow:expr) => {{
+        let level: fearless_simd::Level = $level;
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        {
+            if let Some($simd) = level.as_avx512() {
+                $wide
+            } else if let Some($simd) = level.as_avx2() {
+                $wide
+            } else {
+                $narrow
+            }
+        }
+        #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+        fearless_simd::dispatch!(level, $simd => $wide)
+    }};
+}
+pub use wide_dispatch;
+
 #[cfg(test)]
 mod tests {
     use super::*;
