@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Context as _;
 use serde::Serialize;
 
+use crate::caustics::{self, RenderOptions, Renderer};
 use crate::cli::args::{ImageSize, Setting};
 use crate::cli::render::Radiometry;
 use crate::image::{LayerSet, ToneMap};
@@ -74,7 +75,12 @@ pub struct SettingLine {
 
 /// All techniques, in the order of their table; the first is the default.
 pub fn techniques() -> Vec<TechniqueLine> {
-    Vec::new()
+    let line = |technique: &&dyn caustics::Technique| TechniqueLine {
+        name: technique.name(),
+        summary: technique.summary(),
+        paper: technique.paper(),
+    };
+    caustics::TECHNIQUES.iter().map(line).collect()
 }
 
 /// All keys that `--set` knows, in the order of their table.
@@ -98,9 +104,10 @@ pub struct Prepared {
 
 /// Finds the technique, loads the scene and applies the overrides: flags first, then `--set` in the order given, so that the last word wins.
 pub fn prepare(request: &Request) -> anyhow::Result<Prepared> {
-    let techniques = techniques();
-    let wanted = |technique: &&TechniqueLine| request.technique.as_deref().is_none_or(|name| name == technique.name);
-    let technique = techniques.iter().find(wanted).context("no technique is built in")?.name;
+    let technique = match &request.technique {
+        Some(name) => caustics::technique(name)?.name(),
+        None => caustics::TECHNIQUES.first().context("no technique is built in")?.name(),
+    };
     let mut scene = scene::load(&request.scene)?;
     if let Some(radiometry) = request.radiometry {
         scene.set(&format!("{technique}.radiometry"), radiometry.name()).context("cannot apply --radiometry")?;
@@ -118,11 +125,18 @@ pub fn prepare(request: &Request) -> anyhow::Result<Prepared> {
     Ok(Prepared { technique, scene })
 }
 
-/// Renders on the threads of the current rayon pool.
+/// Renders, with as many threads as the current rayon pool has.
 pub fn render(request: &Request, prepared: &Prepared) -> anyhow::Result<Rendering> {
     let Prepared { technique, scene } = prepared;
-    let _ = (&request.layers, request.memory_limit_bytes);
-    Ok(Rendering { technique, layers: LayerSet::new(), tone: tone_map(scene), counters: Vec::new(), audit: Vec::new() })
+    let mut options = RenderOptions {
+        technique: (*technique).to_owned(),
+        memory_limit_bytes: request.memory_limit_bytes,
+        layers: request.layers.clone(),
+        ..RenderOptions::default()
+    };
+    options.device.threads = Some(rayon::current_num_threads());
+    let rendered = Renderer::new(scene, &options)?.render(scene, None)?;
+    Ok(Rendering { technique, layers: rendered.layers, tone: tone_map(scene), counters: rendered.counters, audit: rendered.audit })
 }
 
 /// How the scene wants its picture shown.

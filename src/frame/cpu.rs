@@ -1,10 +1,10 @@
 //! The CPU executor: runs a frame's passes on the software GPU.
 
-use crate::pipeline::{
-    Binding, Bindings, Buffer, ColorAttachment, DepthStencilAttachment, Device, Draw, IndexBuffer, LoadOp, Observer, Pass, PassError, PassOutput,
-    PipelineError, RenderPipeline, Texture, TextureError, VertexBuffer, run_pass,
-};
 use crate::pipeline::state::{PixelRect, Viewport};
+use crate::pipeline::{
+    Binding, Bindings, Buffer, ColorAttachment, DepthStencilAttachment, Device, Draw, IndexBuffer, LoadOp, Observer, Pass, PassError,
+    PassOutput, PipelineError, RenderPipeline, Texture, TextureError, VertexBuffer, run_pass,
+};
 
 use super::description::{BindEntry, Frame, FramePass, FrameTexture, Initial, TextureId, View};
 
@@ -97,11 +97,7 @@ impl CpuExecutor {
     pub fn run(&mut self, frame: &Frame, mut observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError> {
         self.check_memory(frame)?;
         check_references(frame)?;
-        let pipelines = frame
-            .pipelines
-            .iter()
-            .map(|desc| RenderPipeline::new(desc.clone(), frame.rules))
-            .collect::<Result<Vec<_>, _>>()?;
+        let pipelines = frame.pipelines.iter().map(|desc| RenderPipeline::new(desc.clone(), frame.rules)).collect::<Result<Vec<_>, _>>()?;
         self.prepare_textures(frame)?;
         let mut outputs = Vec::with_capacity(frame.passes.len());
         for (index, pass) in frame.passes.iter().enumerate() {
@@ -224,7 +220,10 @@ fn check_references(frame: &Frame) -> Result<(), FrameError> {
                 return fail(&pass.label, format!("attachment {i} names texture {}, which the frame does not have", view.texture.index()));
             };
             if view.level >= texture.desc.mip_level_count || view.layer >= texture.desc.level_size(view.level).2 {
-                return fail(&pass.label, format!("attachment {i} is level {} layer {} of `{}`", view.level, view.layer, texture.desc.label));
+                return fail(
+                    &pass.label,
+                    format!("attachment {i} is level {} layer {} of `{}`", view.level, view.layer, texture.desc.label),
+                );
             }
             if views[..i].iter().any(|earlier| earlier.texture == view.texture) {
                 return fail(&pass.label, format!("texture `{}` is attached twice", texture.desc.label));
@@ -284,11 +283,8 @@ fn run_frame_pass(
             None => shared.push(Some(&*texture)),
         }
     }
-    let groups: Vec<Vec<Binding<'_>>> = frame
-        .bind_groups
-        .iter()
-        .map(|group| group.entries.iter().map_while(|entry| resolve(frame, entry, &shared)).collect())
-        .collect();
+    let groups: Vec<Vec<Binding<'_>>> =
+        frame.bind_groups.iter().map(|group| group.entries.iter().map_while(|entry| resolve(frame, entry, &shared)).collect()).collect();
     let mut vertex_buffers: Vec<VertexBuffer<'_>> = Vec::new();
     let mut vertex_ranges = Vec::with_capacity(pass.draws.len());
     for draw in &pass.draws {

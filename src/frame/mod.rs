@@ -10,7 +10,7 @@ mod memory;
 
 pub use cpu::{CpuExecutor, FrameError, FrameObserver, FrameOutput};
 pub use description::{
-    BindEntry, BindGroup, BindGroupId, BufferId, ColorTarget, DepthTarget, Frame, FrameBuffer, FrameDraw, FrameIndex, FramePass, FrameTexture, Initial,
-    PipelineId, TextureId, View,
+    BindEntry, BindGroup, BindGroupId, BufferId, ColorTarget, DepthTarget, Frame, FrameBuffer, FrameDraw, FrameIndex, FramePass,
+    FrameTexture, Initial, PipelineId, TextureId, View,
 };
 pub use memory::MemoryEstimate;

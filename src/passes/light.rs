@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use crate::math::lanes::{Lanes, Mask};
+use crate::math::lanes::Lanes;
 use crate::math::vector::{V3, v3, v4};
 use crate::pipeline::sampler::sample_compare;
 use crate::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Program};

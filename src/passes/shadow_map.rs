@@ -115,8 +115,7 @@ impl LightUniform {
 }
 
 /// Bindings of both programs: light, vertices.
-pub const BINDINGS: [BindingKind; 2] =
-    [BindingKind::Uniform(size_of::<LightUniform>()), BindingKind::Storage(size_of::<ReceiverVertex>())];
+pub const BINDINGS: [BindingKind; 2] = [BindingKind::Uniform(size_of::<LightUniform>()), BindingKind::Storage(size_of::<ReceiverVertex>())];
 
 /// The depth-only program of the map through air.
 #[must_use]

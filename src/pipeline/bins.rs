@@ -83,6 +83,14 @@ impl From<PixelRect> for PixelRectI {
 }
 
 impl Prepared {
+    /// The record for a tile, or `None` if the bounds do not touch it or an edge excludes it.
+    #[inline(always)]
+    pub fn record_in(&self, [tx, ty]: [i32; 2]) -> Option<Record> {
+        let r = self.bounds;
+        let touches = r.x0 >> 6 <= tx && (r.x1 - 1) >> 6 >= tx && r.y0 >> 6 <= ty && (r.y1 - 1) >> 6 >= ty;
+        if touches { self.record(tx, ty) } else { None }
+    }
+
     /// The record for tile (tx, ty), which the bounds touch; `None` if an edge excludes the whole tile.
     #[inline(always)]
     pub fn record(&self, tx: i32, ty: i32) -> Option<Record> {

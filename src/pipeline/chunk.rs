@@ -10,7 +10,7 @@ use super::pass::Draw;
 use super::render_pipeline::{MAX_POINT_SIZE, PrimitiveClass, RenderPipeline};
 use super::setup::{ZPlane, depth_plane, double_area, edges, interpolation_planes, max_slope, pixel_bounds};
 use super::shader::{Execution, GeometryInput, GeometryOutput, Interpolation, PrimitiveAttributes, StageVertex, VertexBatch};
-use super::state::{ClipVolume, Face, FrontFace, GeometryTopology, LineCorners, PixelRect, PrimitiveTopology};
+use super::state::{ClipVolume, Face, FrontFace, GeometryTopology, LineCorners, PixelRect};
 use super::statistics::PipelineStatistics;
 use super::viewport::{HALF, ONE, ViewTransform, WindowVertex, outside};
 
@@ -133,7 +133,7 @@ fn process_part(
         instance: part.instance,
         pipeline,
         view,
-        scissor: draw.scissor.intersect(context.target),
+        scissor: draw.scissor.intersect(context.target).intersect(view.pixels()),
         depth_clip: !pipeline.desc.primitive.unclipped_depth,
         scalars,
         varying_base,
@@ -172,7 +172,7 @@ fn gather_vertices(draw: &Draw<'_>, assembly: &Assembly, part: &Part, scratch: &
             let end = last[..per_primitive].iter().max().map_or(start, |e| e + 1);
             scratch.vertex_index.extend((start..end).map(|e| first_element + e));
             scratch.primitives.extend(ids.map(|id| assembly.elements(id).map(|e| e.wrapping_sub(start))));
-            if *topology == PrimitiveTopology::LineList {
+            if per_primitive == 2 {
                 scratch.primitives.iter_mut().for_each(|p| p[2] = p[1]);
             }
         }

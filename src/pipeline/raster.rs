@@ -58,29 +58,29 @@ pub(super) fn walk<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, sink: &mu
     }
     let [x0, y0, x1, y1] = record.bounds.map(i32::from);
     let rect = record.flags & flag::RECT != 0;
-    if (x0 >> 4) == (x1 >> 4) && (y0 >> 4) == (y1 >> 4) {
-        walk_blocks(simd, record, &edges, [x0, y0, x1, y1], rect, sink);
-        return;
-    }
+    let single = (x0 >> 4) == (x1 >> 4) && (y0 >> 4) == (y1 >> 4);
     for ry in ((y0 & !15)..=y1).step_by(16) {
         for rx in ((x0 & !15)..=x1).step_by(16) {
-            let mut outside = false;
-            let mut inside = true;
-            for i in 0..3 {
-                let at = edges.c[i] + edges.a[i] * rx + edges.b[i] * ry;
-                outside |= at + 15 * (edges.a[i].max(0) + edges.b[i].max(0)) < 0;
-                inside &= at + 15 * (edges.a[i].min(0) + edges.b[i].min(0)) >= 0;
+            // A primitive inside one region goes straight to its blocks.
+            if !single {
+                let mut outside = false;
+                let mut inside = true;
+                for i in 0..3 {
+                    let at = edges.c[i] + edges.a[i] * rx + edges.b[i] * ry;
+                    outside |= at + 15 * (edges.a[i].max(0) + edges.b[i].max(0)) < 0;
+                    inside &= at + 15 * (edges.a[i].min(0) + edges.b[i].min(0)) >= 0;
+                }
+                if outside {
+                    continue;
+                }
+                let within_bounds = rx >= x0 && ry >= y0 && rx + 15 <= x1 && ry + 15 <= y1;
+                if inside && (within_bounds || !rect) {
+                    sink.region(simd, record, rx, ry);
+                    continue;
+                }
             }
-            if outside {
-                continue;
-            }
-            let within_bounds = rx >= x0 && ry >= y0 && rx + 15 <= x1 && ry + 15 <= y1;
-            if inside && (within_bounds || !rect) {
-                sink.region(simd, record, rx, ry);
-            } else {
-                let part = [x0.max(rx), y0.max(ry), x1.min(rx + 15), y1.min(ry + 15)];
-                walk_blocks(simd, record, &edges, part, rect, sink);
-            }
+            let part = [x0.max(rx), y0.max(ry), x1.min(rx + 15), y1.min(ry + 15)];
+            walk_blocks(simd, record, &edges, part, rect, sink);
         }
     }
 }

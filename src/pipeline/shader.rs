@@ -111,6 +111,22 @@ pub struct PrimitiveAttributes {
     pub is_point: bool,
 }
 
+impl PrimitiveAttributes {
+    /// Stands in for every primitive of a draw that keeps no interpolation data: only its facing is known.
+    pub(super) const fn facing_only(front_facing: bool) -> Self {
+        Self {
+            anchor: [0.0; 2],
+            l1: [0.0; 3],
+            l2: [0.0; 3],
+            inv_w: [1.0; 3],
+            varyings: [0; 3],
+            primitive_id: 0,
+            front_facing,
+            is_point: false,
+        }
+    }
+}
+
 /// The fragments of one call: one pixel, or a 4x4 block.
 pub struct FragmentInput<'a, L: Lanes> {
     /// Makes lanes from nothing.
@@ -265,7 +281,7 @@ pub struct FragmentOutput<L: Lanes> {
 /// A fragment shader, written once for every width.
 pub trait FragmentShader: Send + Sync {
     /// The output is the same for all fragments of a primitive (it reads only flat varyings, facing and bindings):
-    /// the pipeline may then call it once per primitive.
+    /// the pipeline may then call it once per primitive, or without varyings once per draw and facing, where `primitive_id` is 0.
     const PER_PRIMITIVE: bool = false;
     /// Shades the fragments of one call.
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>);

@@ -17,7 +17,7 @@ use super::observer::{FragmentEvent, FragmentOutcome, Observer, reborrow};
 use super::pass::Draw;
 use super::raster::{BlockSink, LANE_X, LANE_Y, walk};
 use super::render_pipeline::RenderPipeline;
-use super::shader::{Execution, ShadeBatch, ShadeItem, ShadeSource};
+use super::shader::{Execution, PrimitiveAttributes, ShadeBatch, ShadeItem, ShadeSource};
 use super::state::{DepthPlane, MAX_COLOR_TARGETS, StencilFaceState};
 use super::texture::{TILE_PIXELS, offset_in_tile};
 
@@ -50,7 +50,9 @@ pub(super) struct TileContext<'a> {
 /// A worker's buffers.
 pub(super) struct TileScratch {
     items: Vec<ShadeItem>,
+    /// Depth as shaders see it, before it is rounded to what the target stores.
     z: Vec<[f32; 16]>,
+    /// Whether the item faces away.
     facing: Vec<bool>,
     keep: [u16; QUEUE],
     colors: Vec<f32>,
@@ -107,17 +109,21 @@ fn tile_chunks<'a, S: Simd>(
         }
         worker.chunk = Some(chunk);
         worker.draw = u32::MAX;
-        let mut wide = chunk.bins.wide.iter().peekable();
-        for segment in chunk.bins.segments(tile) {
-            for record in segment {
-                while let Some(primitive) = wide.next_if(|w| w.sequence < record.sequence) {
-                    worker.wide(simd, primitive, tile_coordinates);
+        let mut wide = chunk.bins.wide.iter().filter_map(|w| w.record_in(tile_coordinates)).peekable();
+        let mut own = chunk.bins.segments(tile).flatten().peekable();
+        // One merging loop with one call: all shortcuts at all SIMD levels are compiled into it, and a second copy costs minutes of build time.
+        loop {
+            let made;
+            let record = match (wide.peek(), own.peek()) {
+                (Some(w), Some(o)) if o.sequence < w.sequence => own.next(),
+                (Some(_), _) => {
+                    made = wide.next();
+                    made.as_ref()
                 }
-                worker.record(simd, record);
-            }
-        }
-        for primitive in wide {
-            worker.wide(simd, primitive, tile_coordinates);
+                (None, _) => own.next(),
+            };
+            let Some(record) = record else { break };
+            worker.record(simd, record);
         }
         worker.flush(simd);
     }
@@ -139,15 +145,6 @@ pub(super) struct TileWorker<'a, 'b> {
 }
 
 impl<'a> TileWorker<'a, '_> {
-    #[inline(always)]
-    fn wide<S: Simd>(&mut self, simd: S, primitive: &super::bins::Prepared, [tx, ty]: [i32; 2]) {
-        let r = primitive.bounds;
-        let touches = r.x0 >> 6 <= tx && (r.x1 - 1) >> 6 >= tx && r.y0 >> 6 <= ty && (r.y1 - 1) >> 6 >= ty;
-        if touches && let Some(record) = primitive.record(tx, ty) {
-            self.record(simd, &record);
-        }
-    }
-
     #[inline(always)]
     fn record<S: Simd>(&mut self, simd: S, record: &Record) {
         if record.draw != self.draw {
@@ -181,7 +178,8 @@ impl<'a> TileWorker<'a, '_> {
     }
 
     /// Walks a record through the tests and the queue.
-    #[inline(always)]
+    #[simd]
+    #[inline(never)]
     fn general<S: Simd>(&mut self, simd: S, record: &Record) {
         let draw = &self.context.draws[record.draw as usize];
         let mut sink = GeneralSink { depth: BlockDepth::new(simd, record, self.origin, draw), worker: self };
@@ -196,6 +194,8 @@ impl<'a> TileWorker<'a, '_> {
         }
     }
 
+    #[simd]
+    #[inline(never)]
     fn flush_queue<S: Simd>(&mut self, simd: S) {
         let draw = &self.context.draws[self.draw as usize];
         let pipeline = draw.pipeline;
@@ -211,7 +211,12 @@ impl<'a> TileWorker<'a, '_> {
         {
             if pipeline.fragment.per_primitive {
                 for (i, item) in self.scratch.items.iter().enumerate() {
-                    let colors = fragment.primitive_color(&draw.bindings, &source, item.primitive);
+                    let colors = if pipeline.fragment.attributes {
+                        fragment.primitive_color(&draw.bindings, &source, item.primitive)
+                    } else {
+                        let stand_in = [PrimitiveAttributes::facing_only(!self.scratch.facing[i])];
+                        fragment.primitive_color(&draw.bindings, &ShadeSource { primitives: &stand_in, ..source }, 0)
+                    };
                     for (target, color) in colors.iter().enumerate().take(outputs) {
                         for (component, value) in color.iter().enumerate() {
                             self.scratch.colors[((i * outputs + target) * 4 + component) * 16..][..16].fill(*value);
@@ -258,10 +263,9 @@ impl<'a> TileWorker<'a, '_> {
             let mut z = <f32x16<S> as Lanes>::load(simd, &self.scratch.z[i]);
             if pipeline.desc.program.writes_depth {
                 z = clamp_depth(z, draw);
-                z = quantized(z, pipeline);
                 Lanes::store(z, &mut self.scratch.z[i]);
             }
-            mask = self.test_block(simd, draw, item, i, z, self.scratch.facing[i], mask);
+            mask = self.test_block(simd, draw, item, i, quantized(z, pipeline), self.scratch.facing[i], mask);
         }
         let passed = u64::from(mask.count_ones());
         self.counters.fragments_passed += passed;
@@ -387,7 +391,7 @@ impl<'a> TileWorker<'a, '_> {
                 primitive_id,
                 x: item.x + (lane as u32 & 3),
                 y: item.y + (lane as u32 >> 2),
-                depth: depth_value(kind, z[lane]),
+                depth: depth_value(kind, quantize_depth(kind, z[lane])),
                 outcome,
                 stencil_before: stencil_before.map_or(stencil_after[lane], |b| b[lane]),
                 stencil_after: stencil_after[lane],
@@ -481,11 +485,8 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
         let worker = &mut *self.worker;
         let draw = &worker.context.draws[record.draw as usize];
         let pipeline = draw.pipeline;
-        let mut z = self.depth.at(bx, by);
+        let z = self.depth.at(bx, by);
         let late = pipeline.fragment.late_tests;
-        if !(late && pipeline.desc.program.writes_depth) && pipeline.depth.tests_depth() {
-            z = quantized(z, pipeline);
-        }
         let item = ShadeItem {
             x: (worker.origin[0] + bx) as u32,
             y: (worker.origin[1] + by) as u32,
@@ -500,7 +501,7 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
         let mut covered = u32::from(item.mask);
         if !late {
             let slot = worker.scratch.items.len();
-            covered = worker.test_block(simd, draw, item, slot, z, back, covered);
+            covered = worker.test_block(simd, draw, item, slot, quantized(z, pipeline), back, covered);
         }
         if covered == 0 {
             worker.scratch.z.pop();

@@ -1,6 +1,6 @@
 //! Clip coordinates to framebuffer coordinates: divide, viewport, snap; and which clip planes a vertex is outside of.
 
-use super::state::{ClipVolume, RasterRules, Viewport, ViewportArithmetic};
+use super::state::{ClipVolume, PixelRect, RasterRules, Viewport, ViewportArithmetic};
 
 /// One pixel in sub-pixel units; coordinates are kept in 1/256 pixel whatever the rules' precision.
 pub(super) const ONE: i32 = 256;
@@ -71,6 +71,17 @@ impl ViewTransform {
             depth_clip: !unclipped_depth,
             guard,
         }
+    }
+
+    /// Pixels that may change: inside the viewport where the guard band lets primitives reach beyond it, else all.
+    pub fn pixels(&self) -> PixelRect {
+        if self.rules.clip_volume == ClipVolume::Frustum {
+            return PixelRect::full(u32::MAX, u32::MAX);
+        }
+        // Pixel centres in the half-open viewport. The casts saturate.
+        let first = |axis: usize| (self.translate[axis] - self.scale[axis].abs() - 0.5).ceil() as u32;
+        let end = |axis: usize| (self.translate[axis] + self.scale[axis].abs() - 0.5).ceil() as u32;
+        PixelRect { x0: first(0), y0: first(1), x1: end(0), y1: end(1) }
     }
 
     /// Planes that must be clipped against geometrically if a vertex is outside of them.

@@ -18,6 +18,7 @@ mod load;
 mod material;
 mod medium;
 mod mesh;
+pub mod mesh_file;
 mod names;
 mod object;
 mod pattern;

@@ -71,10 +71,10 @@ impl Boulder {
     /// Unit normal and distance of a cutting plane: spread over the sphere (spherical Fibonacci), then displaced.
     fn plane(&self, i: u32) -> (Vec3, f32) {
         let random = |k: u32| noise::perlin2(i as f32 * 1.37 + 0.5, k as f32 * 2.71 + 0.5, self.seed ^ 0x00b0_17de);
-        let y = 1.0 - 2.0 * (i as f32 + 0.5) / FACETS as f32 + 0.2 * random(0);
+        let y = 1.0 - 2.0 * (i as f32 + 0.5) / FACETS as f32 + 0.25 * random(0);
         let y = y.clamp(-1.0, 1.0);
         let r = (1.0 - y * y).max(0.0).sqrt();
-        let (sin, cos) = libm::sincosf(i as f32 * 2.399_963 + random(1));
+        let (sin, cos) = libm::sincosf(i as f32 * 2.399_963 + 3.0 * random(1));
         (Vec3::new(r * cos, y, r * sin), 0.80 + 0.14 * random(2))
     }
 }

@@ -87,25 +87,27 @@ impl Column {
         let per_flute = FLUTE_STEPS + 1;
         let count = self.flutes * per_flute;
         let half_width = std::f32::consts::PI / self.flutes as f32 * HOLLOW;
-        // Across one flute: angle from its middle, and depth as a fraction of the deepest.
+        // Across one flute: angle from its middle, and the same in half widths of the hollow.
         let across: Vec<(f32, f32)> = (0..=FLUTE_STEPS)
             .map(|i| {
-                let (sin, cos) = libm::sincosf((i as f32 / FLUTE_STEPS as f32 - 0.5) * std::f32::consts::PI);
-                (sin * half_width, if i == 0 || i == FLUTE_STEPS { 0.0 } else { cos })
+                let x = libm::sinf((i as f32 / FLUTE_STEPS as f32 - 0.5) * std::f32::consts::PI);
+                (x * half_width, x)
             })
             .collect();
         let depth = half_width * 0.75;
 
         let mut mesh = Mesh::default();
         let levels = self.levels(bottom, top, half_width);
-        for &(y, radius, hollow) in &levels {
+        for &(y, radius, past_end) in &levels {
             for k in 0..=count {
                 let k_in_turn = k % count;
                 let (flute, i) = (k_in_turn / per_flute, k_in_turn % per_flute);
-                let (offset, deep) = across[i as usize];
+                let (offset, x) = across[i as usize];
                 let angle = (flute as f32 + 0.5) / self.flutes as f32 * std::f32::consts::TAU + offset;
                 let (sin, cos) = libm::sincosf(angle);
-                let r = radius * (1.0 - depth * deep * hollow);
+                // A half cylinder that ends in a quarter of a ball.
+                let hollow = (1.0 - x * x - past_end * past_end).max(0.0).sqrt();
+                let r = radius * (1.0 - depth * hollow);
                 let uv = Vec2::new(k as f32 / count as f32 * std::f32::consts::TAU, y);
                 mesh.push_vertex(Vec3::new(r * cos, y, -r * sin), Vec3::Y, Some(uv));
             }
@@ -117,18 +119,22 @@ impl Column {
                 mesh.push_quad([a, a + 1, a + stride + 1, a + stride]);
             }
         }
-        for (level, y) in [(0, bottom), (levels.len() as u32 - 1, top)] {
+        for (level, y, up) in [(0, bottom, -1.0), (levels.len() as u32 - 1, top, 1.0)] {
             let middle = mesh.push_vertex(Vec3::Y * y, Vec3::Y, Some(Vec2::ZERO));
-            for k in 0..count {
-                let (a, b) = (level * stride + k, level * stride + k + 1);
-                mesh.push_triangle(if level == 0 { [middle, b, a] } else { [middle, a, b] });
+            let rim = mesh.positions.len() as u32;
+            for k in 0..=count {
+                let p = mesh.positions[(level * stride + k) as usize];
+                mesh.push_vertex(p, Vec3::Y, Some(Vec2::new(p.x, -p.z * up)));
+            }
+            for (a, b) in (rim..rim + count).map(|a| (a, a + 1)) {
+                mesh.push_triangle(if up < 0.0 { [middle, b, a] } else { [middle, a, b] });
             }
         }
         mesh.crease(0.7);
         mesh
     }
 
-    /// Height, radius and depth of the flutes (0 to 1) of each ring, from the foot up.
+    /// Of each ring from the foot up: height, radius, and how far it is past the straight part of the flutes (0 to 1, in half widths).
     fn levels(&self, bottom: f32, top: f32, half_width: f32) -> Vec<(f32, f32, f32)> {
         // Entasis: a parabola that leaves the foot upright and takes off two thirds of the taper evenly.
         let radius = |y: f32| {
@@ -138,31 +144,31 @@ impl Column {
         // The shaft spreads a little towards both ends (apophyge), where the flutes have already ended.
         let margin = 0.16;
         let (low, high) = (bottom + margin, top - margin);
-        let end = half_width * 1.6;
+        let end = half_width;
         let mut levels = Vec::new();
         let spread = |t: f32| 0.06 * (1.0 - t) * (1.0 - t);
         for i in 0..4 {
             let t = i as f32 / 4.0;
-            levels.push((bottom + margin * t, radius(bottom) + spread(t), 0.0));
+            levels.push((bottom + margin * t, radius(bottom) + spread(t), 1.0));
         }
-        let rounding = |i: u32| libm::sincosf(FRAC_PI_2 * i as f32 / END_STEPS as f32);
+        let rounding = |i: u32| libm::cosf(FRAC_PI_2 * i as f32 / END_STEPS as f32);
         levels.extend((0..END_STEPS).map(|i| {
-            let (sin, cos) = rounding(i);
+            let cos = rounding(i);
             let y = low + end * (1.0 - cos);
-            (y, radius(y), sin)
+            (y, radius(y), cos)
         }));
         levels.extend((0..=SHAFT_STEPS).map(|i| {
             let y = low + end + (high - low - 2.0 * end) * (i as f32 / SHAFT_STEPS as f32);
-            (y, radius(y), 1.0)
+            (y, radius(y), 0.0)
         }));
         levels.extend((0..END_STEPS).rev().map(|i| {
-            let (sin, cos) = rounding(i);
+            let cos = rounding(i);
             let y = high - end * (1.0 - cos);
-            (y, radius(y), sin)
+            (y, radius(y), cos)
         }));
         for i in (0..4).rev() {
             let t = i as f32 / 4.0;
-            levels.push((top - margin * t, radius(top) + spread(t) * 0.7, 0.0));
+            levels.push((top - margin * t, radius(top) + spread(t) * 0.7, 1.0));
         }
         levels
     }

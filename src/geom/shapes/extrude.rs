@@ -22,8 +22,8 @@ impl Corner {
 
 /// A prism of width `width_m` centred on `x = 0`.
 ///
-/// The outline `(z, y)` runs clockwise in a picture with z to the right and y up, which is counter-clockwise seen from `+x`.
-/// Texture coordinates: along the outline and x on the jacket, `(∓z, y)` on the ends.
+/// The outline `(z, y)` runs counter-clockwise in a picture with z to the right and y up, which is clockwise seen from `+x`.
+/// Texture coordinates: x and along the outline on the jacket, `(∓z, y)` on the ends.
 pub(super) fn prism(outline: &[Corner], width_m: f32) -> Mesh {
     let mut mesh = Mesh::default();
     let half = width_m * 0.5;
@@ -33,14 +33,13 @@ pub(super) fn prism(outline: &[Corner], width_m: f32) -> Mesh {
         let b = outline[(i + 1) % n];
         let length = a.place.distance(b.place);
         let mut push = |p: Vec2, normal: Vec2, x: f32, along: f32| {
-            mesh.push_vertex(Vec3::new(x, p.y, p.x), Vec3::new(0.0, normal.y, normal.x), Some(Vec2::new(-x, along)))
+            mesh.push_vertex(Vec3::new(x, p.y, p.x), Vec3::new(0.0, normal.y, normal.x), Some(Vec2::new(x, along)))
         };
-        // Up on the texture runs along the outline, so right is −x.
         let quad = [
-            push(a.place, a.normal_after, half, along),
             push(a.place, a.normal_after, -half, along),
-            push(b.place, b.normal_before, -half, along + length),
+            push(a.place, a.normal_after, half, along),
             push(b.place, b.normal_before, half, along + length),
+            push(b.place, b.normal_before, -half, along + length),
         ];
         mesh.push_quad(quad);
         along += length;
@@ -53,7 +52,7 @@ pub(super) fn prism(outline: &[Corner], width_m: f32) -> Mesh {
         }
         triangulate_polygon(&places, |t| {
             let [a, b, c] = t.map(|i| first + i as u32);
-            mesh.indices.extend(if x > 0.0 { [a, b, c] } else { [a, c, b] });
+            mesh.indices.extend(if x > 0.0 { [a, c, b] } else { [a, b, c] });
         });
     }
     mesh

@@ -24,7 +24,7 @@ pub struct Figure {
     pub kind: FigureKind,
     /// Height in metres, above 0. Default: 1.
     pub height_m: f32,
-    /// Number of lattice cells over the height, 16 to 256; triangles grow with its square. Default: 96.
+    /// Number of lattice cells along its longest side, 16 to 256; triangles grow with its square. Default: 96.
     pub resolution: u32,
 }
 
@@ -48,9 +48,10 @@ impl Figure {
             FigureKind::Bust => (Vec2::new(0.36, 0.30), bust),
             FigureKind::Reclining => (Vec2::new(0.98, 0.42), reclining),
         };
-        let margin = 2.0 / self.resolution as f32;
+        let cell = (2.0 * half.x).max(1.0) / self.resolution as f32;
+        let margin = 2.0 * cell;
         let bounds = Aabb::from_corners(Vec3::new(-half.x, -margin, -half.y), Vec3::new(half.x, 1.0 + margin, half.y));
-        let mut mesh = isosurface(bounds, self.resolution + 4, field);
+        let mut mesh = isosurface(bounds, cell, field);
         // Stand it on the ground and bring it to its height exactly.
         let seen = mesh.bounds();
         let scale = self.height_m / seen.size().y;
@@ -93,7 +94,7 @@ fn block(p: Vec3, center: Vec3, half: Vec3, radius: f32) -> f32 {
     q.max(Vec3::ZERO).length() + q.max_element().min(0.0) - radius
 }
 
-/// A Cycladic head: a long oval, tilted back, a ridge of a nose, no eyes.
+/// A Cycladic head: a long oval, tilted back, a ridge of a nose, hollows for eyes.
 fn bust(p: Vec3) -> f32 {
     let v = Vec3::new;
     // Left and right are one.
@@ -110,10 +111,8 @@ fn bust(p: Vec3) -> f32 {
     let hollow = ellipsoid(tilted, v(0.062, 0.755, 0.185), v(0.05, 0.035, 0.05));
     head = carve(head, hollow, 0.05);
     head = join(head, nose, 0.045);
-    let lips = ellipsoid(tilted, v(0.0, 0.595, 0.145), v(0.040, 0.014, 0.022));
-    head = join(head, lips, 0.02);
-    let ear = ellipsoid(tilted, v(0.142, 0.715, -0.015), v(0.016, 0.05, 0.030));
-    head = join(head, ear, 0.025);
+    let ear = limb(tilted, v(0.136, 0.748, -0.022), v(0.124, 0.690, -0.004), 0.019, 0.013);
+    head = join(head, ear, 0.022);
     // Hair drawn back into a knot.
     let knot = ellipsoid(tilted, v(0.0, 0.82, -0.185), v(0.055, 0.055, 0.05));
     head = join(head, knot, 0.04);
@@ -138,17 +137,17 @@ fn reclining(p: Vec3) -> f32 {
     figure = join(figure, limb(p, v(-0.52, 0.70, 0.0), v(-0.56, 0.84, 0.0), 0.055, 0.050), 0.06);
     figure = join(figure, ellipsoid(p, v(-0.57, 0.895, 0.0), v(0.075, 0.098, 0.070)), 0.035);
     // The arm the body leans on, and the other along the side.
-    figure = join(figure, limb(p, v(-0.54, 0.62, 0.21), v(-0.76, 0.30, 0.24), 0.072, 0.062), 0.06);
-    figure = join(figure, limb(p, v(-0.76, 0.30, 0.24), v(-0.62, 0.08, 0.26), 0.062, 0.058), 0.05);
-    figure = join(figure, limb(p, v(-0.50, 0.62, -0.21), v(-0.20, 0.34, -0.27), 0.070, 0.060), 0.06);
-    figure = join(figure, limb(p, v(-0.20, 0.34, -0.27), v(0.10, 0.30, -0.19), 0.058, 0.052), 0.05);
+    figure = join(figure, limb(p, v(-0.54, 0.62, 0.21), v(-0.76, 0.30, 0.24), 0.072, 0.062), 0.09);
+    figure = join(figure, limb(p, v(-0.76, 0.30, 0.24), v(-0.62, 0.08, 0.26), 0.062, 0.054), 0.08);
+    figure = join(figure, limb(p, v(-0.50, 0.62, -0.21), v(-0.20, 0.34, -0.27), 0.070, 0.060), 0.09);
+    figure = join(figure, limb(p, v(-0.20, 0.34, -0.27), v(0.10, 0.30, -0.19), 0.060, 0.052), 0.08);
     // Hips and legs: one knee high, one low.
     figure = join(figure, ellipsoid(p, v(-0.30, 0.20, 0.0), v(0.21, 0.15, 0.20)), 0.14);
-    figure = join(figure, limb(p, v(-0.22, 0.20, -0.10), v(0.20, 0.56, -0.13), 0.125, 0.095), 0.10);
-    figure = join(figure, limb(p, v(0.20, 0.56, -0.13), v(0.46, 0.10, -0.14), 0.092, 0.070), 0.06);
-    figure = join(figure, limb(p, v(-0.20, 0.18, 0.12), v(0.34, 0.33, 0.16), 0.120, 0.090), 0.10);
-    figure = join(figure, limb(p, v(0.34, 0.33, 0.16), v(0.72, 0.10, 0.10), 0.086, 0.066), 0.06);
-    figure = join(figure, limb(p, v(0.44, 0.10, -0.14), v(0.62, 0.09, -0.13), 0.062, 0.046), 0.05);
+    figure = join(figure, limb(p, v(-0.22, 0.20, -0.10), v(0.20, 0.56, -0.13), 0.125, 0.095), 0.15);
+    figure = join(figure, limb(p, v(0.20, 0.56, -0.13), v(0.46, 0.10, -0.14), 0.094, 0.070), 0.10);
+    figure = join(figure, limb(p, v(-0.20, 0.18, 0.12), v(0.34, 0.33, 0.16), 0.120, 0.090), 0.15);
+    figure = join(figure, limb(p, v(0.34, 0.33, 0.16), v(0.72, 0.10, 0.10), 0.089, 0.066), 0.10);
+    figure = join(figure, limb(p, v(0.44, 0.10, -0.14), v(0.62, 0.09, -0.13), 0.062, 0.046), 0.07);
     // A hole through the chest, after Moore.
     let hole = limb(p, v(-0.56, 0.47, -0.4), v(-0.40, 0.47, 0.4), 0.055, 0.055);
     figure = carve(figure, hole, 0.07);

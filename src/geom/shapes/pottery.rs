@@ -43,8 +43,16 @@ struct Outline {
     floor: f32,
     /// Height above which the inner wall follows the outer one.
     inner_from: f32,
-    /// `(radius, height)` of a handle from its upper end to its lower.
-    handle: &'static [(f32, f32)],
+    /// The handles, if the kind has any.
+    handle: Option<Handle>,
+}
+
+/// A handle in outline.
+struct Handle {
+    /// Heights at which it leaves the wall and comes back.
+    ends: [f32; 2],
+    /// `(radius, height)` on the way from the upper end to the lower.
+    between: &'static [(f32, f32)],
 }
 
 impl PotKind {
@@ -70,7 +78,7 @@ impl PotKind {
                 ],
                 floor: 0.120,
                 inner_from: 0.180,
-                handle: &[(0.085, 0.925), (0.150, 0.945), (0.215, 0.925), (0.246, 0.865), (0.250, 0.790), (0.240, 0.690)],
+                handle: Some(Handle { ends: [0.905, 0.722], between: &[(0.195, 0.915), (0.243, 0.870), (0.252, 0.810)] }),
             },
             Self::Vase => Outline {
                 outer: &[
@@ -89,7 +97,7 @@ impl PotKind {
                 ],
                 floor: 0.045,
                 inner_from: 0.085,
-                handle: &[],
+                handle: None,
             },
             Self::Krater => Outline {
                 outer: &[
@@ -109,7 +117,7 @@ impl PotKind {
                 ],
                 floor: 0.275,
                 inner_from: 0.345,
-                handle: &[(0.345, 0.470), (0.440, 0.430), (0.520, 0.460), (0.540, 0.560), (0.500, 0.650), (0.430, 0.690), (0.360, 0.700)],
+                handle: Some(Handle { ends: [0.700, 0.430], between: &[(0.478, 0.700), (0.530, 0.630), (0.535, 0.540), (0.500, 0.460)] }),
             },
             Self::Pithos => Outline {
                 outer: &[
@@ -127,13 +135,13 @@ impl PotKind {
                 ],
                 floor: 0.050,
                 inner_from: 0.110,
-                handle: &[(0.300, 0.795), (0.375, 0.815), (0.425, 0.775), (0.430, 0.710), (0.400, 0.650), (0.345, 0.630)],
+                handle: Some(Handle { ends: [0.800, 0.660], between: &[(0.390, 0.825), (0.425, 0.780), (0.430, 0.720)] }),
             },
             Self::Bowl => Outline {
                 outer: &[(0.420, 0.000), (0.440, 0.040), (0.430, 0.100), (0.640, 0.260), (0.900, 0.540), (1.050, 0.850), (1.090, 1.000)],
                 floor: 0.150,
                 inner_from: 0.330,
-                handle: &[],
+                handle: None,
             },
         }
     }
@@ -174,18 +182,20 @@ impl Pot {
         check.number("thickness", self.thickness, 0.005..=0.04)?;
         check.count("slices", self.slices, 8..=2048)?;
         let outline = self.kind.outline();
-        let outer: Vec<Vec2> = outline.outer.iter().map(|&p| p.into()).collect();
-        let mut wall = self.wall(&outline, spline(&outer, OUTLINE_STEPS));
+        let points: Vec<Vec2> = outline.outer.iter().map(|&p| p.into()).collect();
+        let outer = spline(&points, OUTLINE_STEPS);
+        let path = outline.handle.as_ref().map(|handle| self.handle_path(handle, &outer));
+        let mut wall = self.wall(&outline, outer);
         // The lip rises above the outline by half a thickness: bring the whole to the height asked for.
         let top = wall.iter().fold(0.0_f32, |y, p| y.max(p.y));
         let scale = self.height_m / top;
         wall.iter_mut().for_each(|p| *p *= scale);
         let foot = vec![Vec2::ZERO, wall[0]];
         let mut mesh = revolve(&[foot, wall], self.slices);
-        if self.handles && !outline.handle.is_empty() {
-            let path: Vec<Vec2> = outline.handle.iter().map(|&p| Vec2::from(p) * scale).collect();
+        if let Some(path) = path.filter(|_| self.handles) {
+            let path: Run = path.iter().map(|&p| p * scale).collect();
             for side in [1.0, -1.0] {
-                mesh.append(&self.handle(&spline(&path, OUTLINE_STEPS), side));
+                mesh.append(&self.handle(&path, side));
             }
         }
         Ok(mesh)
@@ -194,11 +204,7 @@ impl Pot {
     /// From the rim of the foot up the outside, over the lip, down the inside to the middle of the floor.
     fn wall(&self, outline: &Outline, outer: Run) -> Run {
         let n = outer.len();
-        // To the right of the way up is outside.
-        let normal = |i: usize| {
-            let along = outer[(i + 1).min(n - 1)] - outer[i.saturating_sub(1)];
-            Vec2::new(along.y, -along.x).normalize()
-        };
+        let normal = |i: usize| outward(&outer, i);
         let half = self.thickness * 0.5;
         let mut wall = outer.clone();
         let (last, out) = (outer[n - 1], normal(n - 1));
@@ -223,9 +229,29 @@ impl Pot {
         wall
     }
 
+    /// Half the thickness of a handle, in heights.
+    fn handle_radius(&self) -> f32 {
+        0.012 + self.thickness * 0.4
+    }
+
+    /// The middle of a handle: straight out of the wall, over the points between, straight back in.
+    fn handle_path(&self, handle: &Handle, outer: &[Vec2]) -> Run {
+        let end = |y: f32| {
+            let i = outer.partition_point(|p| p.y < y).min(outer.len() - 1);
+            let (p, out) = (outer[i], outward(outer, i));
+            // The end is a disc: half way into the wall, it shows neither outside nor inside.
+            (p - out * self.thickness * 0.5, p + out * self.handle_radius() * 0.9)
+        };
+        let [(top, out_of_top), (bottom, out_of_bottom)] = handle.ends.map(end);
+        let mut path = vec![top, out_of_top];
+        path.extend(handle.between.iter().map(|&p| Vec2::from(p)));
+        path.extend([out_of_bottom, bottom]);
+        spline(&path, OUTLINE_STEPS)
+    }
+
     /// A strap in the plane `z = 0`, broader than thick.
     fn handle(&self, path: &[Vec2], side: f32) -> Mesh {
-        let thickness = self.height_m * (0.012 + self.thickness * 0.4);
+        let thickness = self.height_m * self.handle_radius();
         let at = |p: Vec2| Vec3::new(p.x * side, p.y, 0.0);
         let n = path.len();
         let rings: Vec<Ring> = (0..n)
@@ -238,4 +264,10 @@ impl Pot {
             .collect();
         tube(&rings, 20, false)
     }
+}
+
+/// Unit normal of an outline at a point: to the right of the way up is outside.
+fn outward(outline: &[Vec2], i: usize) -> Vec2 {
+    let along = outline[(i + 1).min(outline.len() - 1)] - outline[i.saturating_sub(1)];
+    Vec2::new(along.y, -along.x).normalize()
 }

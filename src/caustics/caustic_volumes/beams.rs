@@ -1,0 +1,180 @@
+//! Generators and their refracted rays: one beam per triangle of the water mesh and light [SF05 §3.2].
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+use crate::math::optics::{fresnel_transmittance, refract};
+use crate::math::vector::{V3, v3};
+use crate::scene::water::HeightField;
+use crate::scene::{Light, Radiometry};
+
+/// A caustic volume: the light that goes through one triangle of the water mesh.
+///
+/// Vertex i of the cross-section at height y is at `g.xz + (g.y − y)·d.xz`, [SF05 §3.3]'s intersection of the refracted ray with the plane Π.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Beam {
+    /// Generator triangle, metres; w is ±1: which end of the edge i → i+1 comes first in the order that both
+    /// neighbours agree on.
+    pub g: [Vec4; 3],
+    /// Refracted rays per metre of depth: x, length of the ray, z; w is unused.
+    pub d: [Vec4; 3],
+    /// Flux, W, linear RGB (physical) or `I₀·A_gen` (paper); w is the generator's area in m².
+    pub flux: Vec4,
+}
+
+impl Beam {
+    /// Cross-section at height `y`, x and z of the three vertices.
+    #[must_use]
+    pub fn section(&self, y: f32) -> [[f32; 2]; 3] {
+        [0, 1, 2].map(|i: usize| {
+            let t = self.g[i].y - y;
+            [self.g[i].x + self.d[i].x * t, self.g[i].z + self.d[i].z * t]
+        })
+    }
+
+    /// Signed area of the cross-section at height `y`, m².
+    #[must_use]
+    pub fn section_area(&self, y: f32) -> f32 {
+        let [a, b, c] = self.section(y);
+        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+    }
+}
+
+/// What happened to a light's energy at the surface, in watts summed over RGB.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SurfaceEnergy {
+    /// On the water.
+    pub incident: f64,
+    /// Sent back by Fresnel's law.
+    pub reflected: f64,
+    /// Into the water.
+    pub entered: f64,
+    /// Of triangles that face away from the light, or whose rays do not go down.
+    pub grazing: f64,
+}
+
+/// A light's beams through a water surface.
+#[derive(Clone, Debug, Default)]
+pub struct LightBeams {
+    /// By triangle of the mesh, without those that carry no light.
+    pub beams: Vec<Beam>,
+    /// Energy at the surface.
+    pub energy: SurfaceEnergy,
+    /// Triangles without a beam.
+    pub dark: u64,
+}
+
+/// A vertex of the mesh with its refracted ray.
+#[derive(Clone, Copy)]
+struct Refracted {
+    position: Vec3,
+    /// Ray per metre of depth, and its length; `None` if it does not go down.
+    ray: Option<(Vec3, f32)>,
+    light_direction: Vec3,
+    irradiance: Vec3,
+    transmittance: f32,
+}
+
+/// Refracts a light at every vertex and makes a beam of every triangle, in parallel; results are in mesh order.
+///
+/// Physical: the flux of a triangle is `E⊥·|ω·n|·A·T`, with E⊥ and T the means of its vertices, n and A the triangle's own.
+/// Paper: the constant `I₀ = E⊥·T(θ of the mean surface)` times the triangle's area [SF05 §3.4]: no cosine.
+#[must_use]
+pub fn light_beams(field: &HeightField, light: &Light, ior: f32, radiometry: Radiometry) -> LightBeams {
+    let count = field.heights_ws.len() as u32;
+    let columns = field.columns;
+    let vertices: Vec<Refracted> = (0..count)
+        .into_par_iter()
+        .with_min_len(1024)
+        .map(|i| refract_vertex(field.position_ws(i % columns, i / columns), field.normals_ws[i as usize], light, ior))
+        .collect();
+    let flat = flat_transmittance(field, light, ior);
+    let indices = field.triangle_indices();
+    let made: Vec<(Option<Beam>, SurfaceEnergy)> = indices
+        .par_chunks_exact(3)
+        .with_min_len(1024)
+        .map(|t| beam([0, 1, 2].map(|k| vertices[t[k] as usize]), radiometry, flat))
+        .collect();
+    let mut out = LightBeams { beams: Vec::with_capacity(made.len()), ..LightBeams::default() };
+    // Summed in mesh order on one thread: the same bits for any number of them.
+    for (beam, energy) in made {
+        out.energy.incident += energy.incident;
+        out.energy.reflected += energy.reflected;
+        out.energy.entered += energy.entered;
+        out.energy.grazing += energy.grazing;
+        match beam {
+            Some(beam) => out.beams.push(beam),
+            None => out.dark += 1,
+        }
+    }
+    out
+}
+
+fn to_v3(v: Vec3) -> V3<f32> {
+    v3(v.x, v.y, v.z)
+}
+
+fn refract_vertex(position: Vec3, normal: Vec3, light: &Light, ior: f32) -> Refracted {
+    let incident = light.incident(position);
+    let direction = incident.direction_ws;
+    let cos = -direction.dot(normal);
+    let (t, enters) = refract(to_v3(direction), to_v3(normal), 1.0 / ior);
+    // A ray that is all but level would reach the floor a mile away.
+    let ray = (enters && cos > 0.0 && t.y < -1.0e-3).then(|| {
+        let per_depth = 1.0 / -t.y;
+        (Vec3::new(t.x * per_depth, -1.0, t.z * per_depth), per_depth)
+    });
+    let transmittance = if cos > 0.0 { fresnel_transmittance(cos.min(1.0), 1.0, ior) } else { 0.0 };
+    Refracted { position, ray, light_direction: direction, irradiance: incident.irradiance, transmittance }
+}
+
+/// Transmittance of the mean surface at the middle of the water.
+fn flat_transmittance(field: &HeightField, light: &Light, ior: f32) -> f32 {
+    let middle = (field.position_ws(0, 0) + field.position_ws(field.columns - 1, field.rows - 1)) * 0.5;
+    let cos = -light.incident(middle).direction_ws.y;
+    if cos > 0.0 { fresnel_transmittance(cos, 1.0, ior) } else { 0.0 }
+}
+
+fn beam(v: [Refracted; 3], radiometry: Radiometry, flat_transmittance: f32) -> (Option<Beam>, SurfaceEnergy) {
+    let [a, b, c] = v.map(|v| v.position);
+    // Twice the area, along the normal that points up.
+    let cross = (b - a).cross(c - a);
+    let cross = if cross.y < 0.0 { -cross } else { cross };
+    let area = 0.5 * cross.length();
+    let mean = |f: fn(&Refracted) -> Vec3| (f(&v[0]) + f(&v[1]) + f(&v[2])) / 3.0;
+    let direction = mean(|v| v.light_direction).normalize_or_zero();
+    let across = (-direction.dot(cross) * 0.5).max(0.0);
+    let incident = mean(|v| v.irradiance) * across;
+    let transmittance = (v[0].transmittance + v[1].transmittance + v[2].transmittance) / 3.0;
+    let sum = |v: Vec3| f64::from(v.x) + f64::from(v.y) + f64::from(v.z);
+    let mut energy = SurfaceEnergy { incident: sum(incident), ..SurfaceEnergy::default() };
+    let (Some(ra), Some(rb), Some(rc)) = (v[0].ray, v[1].ray, v[2].ray) else {
+        energy.grazing = energy.incident;
+        return (None, energy);
+    };
+    let entered = incident * transmittance;
+    energy.entered = sum(entered);
+    energy.reflected = energy.incident - energy.entered;
+    let flux = match radiometry {
+        Radiometry::Physical => entered,
+        Radiometry::Paper => mean(|v| v.irradiance) * flat_transmittance * area,
+    };
+    if flux == Vec3::ZERO {
+        return (None, energy);
+    }
+    let corners = [a, b, c];
+    // Both beams at an edge must evaluate it from the same end: the one that is first by x, then by z.
+    let order = |i: usize| {
+        let (p, q) = (corners[i], corners[(i + 1) % 3]);
+        if (p.x, p.z) < (q.x, q.z) { 1.0 } else { -1.0 }
+    };
+    let rays = [ra, rb, rc];
+    let beam = Beam {
+        g: [0, 1, 2].map(|i: usize| corners[i].extend(order(i))),
+        d: [0, 1, 2].map(|i: usize| Vec4::new(rays[i].0.x, rays[i].1, rays[i].0.z, 0.0)),
+        flux: flux.extend(area),
+    };
+    (Some(beam), energy)
+}

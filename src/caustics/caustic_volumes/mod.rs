@@ -1,0 +1,154 @@
+//! `caustic-volumes`: C. Sandberg, T. Falemo, *Real-Time Rendering of Water Caustics Using Programmable Graphics Hardware*,
+//! Chalmers 2005 [SF05].
+//!
+//! The water surface is a mesh; each of its triangles and the three refracted rays of its corners bound a volume of light. Drawn additively over
+//! the receivers, a volume lights those pixels whose receiver lies inside it, by flux over cross-section. Cost depends on the
+//! volumes' pixels, not on the receivers. Files: `beams` (refraction, flux), `hull` (the tight body), `shaders` (point in volume,
+//! illumination), `frame` (the passes).
+//!
+//! Decisions the paper leaves open, in full in `docs/techniques/caustic-volumes.md`:
+//! - E1 two radiometries: `paper` has neither cosine, `physical` conserves flux;
+//! - E2 the tight body is the convex hull of the six corners;
+//! - E3 an eye under water draws back faces with the depth test turned round;
+//! - E4 I₀ is one number per light in `paper`, per triangle in `physical`;
+//! - E5 a cross-section that is turned over behind a focus is inside where all edges are negative;
+//! - E6 shadows, above and under water, are options beyond the paper.
+
+pub mod beams;
+pub mod frame;
+pub mod hull;
+pub mod shaders;
+
+use crate::pipeline::Device;
+use crate::scene::water::WaterSim;
+use crate::scene::{Camera, Scene};
+
+use super::{FrameSource, LayerRead, LayerSource, Receivers, RenderError, Technique, TechniqueFrame};
+
+/// The technique.
+pub struct CausticVolumesTechnique;
+
+impl Technique for CausticVolumesTechnique {
+    fn name(&self) -> &'static str {
+        "caustic-volumes"
+    }
+    fn summary(&self) -> &'static str {
+        "one volume of light per triangle of the water mesh, drawn additively over the receivers"
+    }
+    fn paper(&self) -> &'static str {
+        "Sandberg & Falemo 2005, Real-Time Rendering of Water Caustics Using Programmable Graphics Hardware"
+    }
+    fn prepare(&self, scene: &Scene) -> Result<Box<dyn FrameSource>, RenderError> {
+        let settings = &scene.techniques.caustic_volumes;
+        let receivers = Receivers::new(scene, frame::cut_level(scene, settings))?;
+        Ok(Box::new(Source { receivers, water: scene.water.as_ref().map(|w| w.simulator()) }))
+    }
+}
+
+/// What stays from frame to frame: meshes, and the water as it was.
+struct Source {
+    receivers: Receivers,
+    water: Option<WaterSim>,
+}
+
+impl FrameSource for Source {
+    fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> TechniqueFrame {
+        let settings = &scene.techniques.caustic_volumes;
+        let field = self.water.as_mut().zip(scene.water.as_ref()).map(|(sim, water)| {
+            let (columns, rows) = settings.grid.unwrap_or(water.grid);
+            sim.surface_with_grid(columns, rows, scene.time_s)
+        });
+        let ior = scene.water.as_ref().map_or(1.0, |w| w.ior);
+        let beams: Vec<_> = match &field {
+            Some(field) => {
+                device.install(|| scene.lights.iter().map(|light| beams::light_beams(field, light, ior, settings.radiometry)).collect())
+            }
+            None => Vec::new(),
+        };
+        let built = frame::build(&frame::Inputs {
+            scene,
+            receivers: &self.receivers,
+            water: field.as_ref(),
+            beams: &beams,
+            direction: layers.contains(&"caustic_direction"),
+            counts: layers.contains(&"fragment_count"),
+        });
+        TechniqueFrame {
+            layers: layer_sources(scene, &built),
+            margin: built.margin,
+            samples: built.samples,
+            audit: audit(scene, &beams, built.bottom_y),
+            counters: counters(&self.receivers, &beams),
+            frame: built.frame,
+        }
+    }
+}
+
+fn layer_sources(scene: &Scene, built: &frame::Built) -> Vec<LayerSource> {
+    let axis = scene.camera.forward_ws();
+    let origin = match scene.camera {
+        Camera::Perspective { position, .. } | Camera::Orthographic { position, .. } => position,
+    };
+    let source = |name, texture, channels, read| LayerSource { name, texture, channels, read };
+    let mut layers = vec![
+        source("color", built.color, 3, LayerRead::Mean),
+        source("depth", built.position, 1, LayerRead::Depth(origin, axis)),
+        source("normal", built.normal, 3, LayerRead::Nearest),
+        source("position", built.position, 3, LayerRead::Nearest),
+        source("albedo", built.albedo, 3, LayerRead::Mean),
+        source("direct", built.direct, 3, LayerRead::Mean),
+        source("caustic_irradiance", built.caustic, 3, LayerRead::Mean),
+    ];
+    if let Some(direction) = built.direction {
+        layers.push(source("caustic_direction", direction, 3, LayerRead::WeightedMean));
+    }
+    layers.push(source("shadow", built.visibility, 1, LayerRead::Mean));
+    if let Some(count) = built.count {
+        layers.push(source("fragment_count", count, 1, LayerRead::Sum));
+    }
+    layers
+}
+
+/// Where the light of all beams goes, in watts summed over RGB.
+///
+/// `water_incident = surface_reflected + surface_grazing + water_entered`, and `water_entered = absorbed_above_bottom + reached_bottom` on the level
+/// of the volumes' bottom cap, for beams that nothing blocks.
+fn audit(scene: &Scene, beams: &[beams::LightBeams], bottom_y: f32) -> Vec<(String, f64)> {
+    let mut energy = beams::SurfaceEnergy::default();
+    let mut bottom = 0.0;
+    let mut carried = 0.0;
+    let sigma_t = scene.medium.sigma_t();
+    for light in beams {
+        energy.incident += light.energy.incident;
+        energy.reflected += light.energy.reflected;
+        energy.entered += light.energy.entered;
+        energy.grazing += light.energy.grazing;
+        for beam in &light.beams {
+            let length = [0, 1, 2].map(|i: usize| (beam.g[i].y - bottom_y) * beam.d[i].y).iter().sum::<f32>() / 3.0;
+            for channel in 0..3 {
+                let left = libm::exp(f64::from(-sigma_t[channel] * length.max(0.0)));
+                carried += f64::from(beam.flux[channel]);
+                bottom += f64::from(beam.flux[channel]) * left;
+            }
+        }
+    }
+    let entry = |name: &str, watts| (name.to_owned(), watts);
+    vec![
+        entry("water_incident", energy.incident),
+        entry("surface_reflected", energy.reflected),
+        entry("surface_grazing", energy.grazing),
+        entry("water_entered", energy.entered),
+        entry("beams_carry", carried),
+        entry("absorbed_above_bottom", carried - bottom),
+        entry("reached_bottom", bottom),
+    ]
+}
+
+fn counters(receivers: &Receivers, beams: &[beams::LightBeams]) -> Vec<(String, u64)> {
+    let entry = |name: &str, count| (name.to_owned(), count);
+    vec![
+        entry("receiver_triangles", receivers.triangles),
+        entry("beams", beams.iter().map(|l| l.beams.len() as u64).sum()),
+        entry("beams_dark", beams.iter().map(|l| l.dark).sum()),
+    ]
+}

@@ -1,0 +1,208 @@
+//! The volume program: one point per beam in, the faces of its hull out, and the light at each receiver inside [SF05 §3.3, §3.4].
+//!
+//! Targets: caustic irradiance (W/m², RGB), and for those who ask the sum of `E·ω` (direction) and the number of volumes at the pixel.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec4};
+
+use crate::math::lanes::{Lanes, Mask};
+use crate::math::optics::beer_lambert_rgb;
+use crate::math::vector::{V2, V3, v2, v3, v4};
+use crate::passes::camera::CameraUniform;
+use crate::passes::shadow_map::LightUniform;
+use crate::pipeline::sampler::sample_compare;
+use crate::pipeline::shader::{
+    FragmentInput, FragmentOutput, FragmentShader, Geometry, GeometryInput, GeometryOutput, GeometryShader, Interpolation, Program,
+    Varying, VertexInput, VertexOutput, VertexShader,
+};
+use crate::pipeline::state::GeometryTopology;
+use crate::pipeline::{BindingKind, Bindings};
+use crate::scene::Radiometry;
+
+use super::beams::Beam;
+use super::hull::{MAX_FACES, hull};
+
+/// Uniforms of the volumes.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct VolumeUniform {
+    /// Height of the bottom cap, m; slack per unit of clip w, m; 1 if vertices are tested against the map through air; unused.
+    pub shape: Vec4,
+    /// Extinction coefficient c(λ), 1/m.
+    pub sigma_t: Vec4,
+}
+
+/// Bindings: camera, volumes, light, beams, position, normal, visibility, map through air, comparison sampler.
+pub const BINDINGS: [BindingKind; 9] = [
+    BindingKind::Uniform(size_of::<CameraUniform>()),
+    BindingKind::Uniform(size_of::<VolumeUniform>()),
+    BindingKind::Uniform(size_of::<LightUniform>()),
+    BindingKind::Storage(size_of::<Beam>()),
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Sampler,
+];
+
+/// Smallest cross-section that light is spread over, as a share of the generator: keeps a focus finite.
+const SMALLEST_SECTION: f32 = 1.0e-7;
+
+/// The program.
+#[must_use]
+pub fn program(radiometry: Radiometry) -> Arc<Program> {
+    let flat = |name, components| Varying { name, components, interpolation: Interpolation::Flat };
+    Arc::new(Program {
+        geometry: Some(Geometry {
+            shader: Arc::new(HullGeometry),
+            output: GeometryTopology::TriangleStrip,
+            max_vertices: 3 * MAX_FACES,
+            input_varyings: Vec::new(),
+        }),
+        varyings: vec![flat("beam", 1), flat("visibility", 3)],
+        bindings: BINDINGS.to_vec(),
+        may_discard: true,
+        ..match radiometry {
+            Radiometry::Paper => Program::new("caustic_volume", BeamVertex, VolumeFragment::<true>),
+            Radiometry::Physical => Program::new("caustic_volume", BeamVertex, VolumeFragment::<false>),
+        }
+    })
+}
+
+/// A point per beam; the geometry stage knows which from the primitive's number.
+struct BeamVertex;
+
+impl VertexShader for BeamVertex {
+    fn vertex<L: Lanes>(&self, _bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
+        let zero = L::splat(input.token, 0.0);
+        output.position = v4(zero, zero, zero, zero.like(1.0));
+    }
+}
+
+struct HullGeometry;
+
+impl GeometryShader for HullGeometry {
+    fn geometry(&self, bindings: &Bindings<'_>, input: &GeometryInput<'_>, output: &mut GeometryOutput<'_>) {
+        let camera: &CameraUniform = bindings.uniform(0);
+        let volume: &VolumeUniform = bindings.uniform(1);
+        let beams: &[Beam] = bindings.storage(3);
+        let Some(beam) = beams.get(input.primitive_id as usize) else { return };
+        let mut varyings = [input.primitive_id as f32, 1.0, 1.0, 1.0];
+        if volume.shape.z > 0.0 {
+            // Shadow of what stands above the water, one sample per vertex of the mesh.
+            let light: &LightUniform = bindings.uniform(2);
+            for (lit, g) in varyings[1..].iter_mut().zip(&beam.g) {
+                let (uv, depth, inside) = light.through_air(v3(g.x, g.y, g.z));
+                if inside {
+                    *lit = sample_compare(bindings.texture(7), &bindings.sampler(8), uv, 0, depth);
+                }
+            }
+            if varyings[1..] == [0.0; 3] {
+                return;
+            }
+        }
+        let bottom_y = volume.shape.x;
+        let top = beam.g.map(|g| DVec3::new(f64::from(g.x), f64::from(g.y), f64::from(g.z)));
+        let section = beam.section(bottom_y);
+        let bottom = section.map(|[x, z]| DVec3::new(f64::from(x), f64::from(bottom_y), f64::from(z)));
+        // A sixteenth of a pixel is sixteen steps of the rasterizer's grid: more than snapping and projection can move an edge.
+        let slack = |p: DVec3| {
+            let clip = camera.project(v3(p.x as f32, p.y as f32, p.z as f32));
+            f64::from(volume.shape.y * clip.w.max(0.1))
+        };
+        let hull = hull(top, bottom, slack(top[0]), slack(bottom[0]).max(slack(bottom[1])).max(slack(bottom[2])));
+        let clip = hull.corners.map(|p| {
+            let clip = camera.project(v3(p.x as f32, p.y as f32, p.z as f32));
+            [clip.x, clip.y, clip.z, clip.w]
+        });
+        for face in hull.faces() {
+            for &corner in face {
+                output.emit(clip[usize::from(corner)], 1.0, &varyings);
+            }
+            output.end_primitive();
+        }
+    }
+}
+
+struct VolumeFragment<const PAPER: bool>;
+
+impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
+    fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
+        let volume: &VolumeUniform = bindings.uniform(1);
+        let flat = input.flat_varyings();
+        let beam = &bindings.storage::<Beam>(3)[flat[0] as usize];
+        let position = bindings.texture(4);
+        let here = |c| input.texel_here(position, c);
+        let p: V3<L> = v3(here(0), here(1), here(2));
+        let zero = p.x.like(0.0);
+
+        // Intersect the three rays with the plane y = P.y; what is left is a triangle in x and z [SF05 §3.3].
+        let depth = [0, 1, 2].map(|i: usize| -p.y + beam.g[i].y);
+        let corner = |i: usize| v2(depth[i] * beam.d[i].x + beam.g[i].x, depth[i] * beam.d[i].z + beam.g[i].z);
+        let corners: [V2<L>; 3] = [corner(0), corner(1), corner(2)];
+        let double_area = (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
+        let positive = double_area.gt(zero);
+
+        // Each edge is evaluated from the end that both neighbours agree on, so that its two beams see the same number and a
+        // point on it belongs to exactly one of them. Behind a focus the triangle is turned over: its sides are, too [decision E5].
+        let at = v2(p.x, p.z);
+        let mut weight = [zero; 3];
+        let mut inside = p.y.ge(zero.like(volume.shape.x));
+        for i in 0..3 {
+            let j = (i + 1) % 3;
+            let first = beam.g[i].w > 0.0;
+            let (from, to) = if first { (corners[i], corners[j]) } else { (corners[j], corners[i]) };
+            let side = (to - from).perp_dot(at - from);
+            let not_negative = side.ge(zero);
+            // The interior is on the positive side if exactly one of "first" and "turned over" does not hold.
+            inside = inside
+                & if first {
+                    (positive & not_negative) | (!positive & !not_negative)
+                } else {
+                    (positive & !not_negative) | (!positive & not_negative)
+                };
+            weight[(i + 2) % 3] = if first { side } else { -side };
+        }
+        output.keep = inside;
+        if !inside.any() {
+            return;
+        }
+        let inv_area = zero.like(1.0) / double_area;
+        let b = weight.map(|w| w * inv_area);
+        let below = b[0] * depth[0] + b[1] * depth[1] + b[2] * depth[2];
+        let mut keep = inside & below.gt(zero);
+        let travelled = b[0] * depth[0] * beam.d[0].y + b[1] * depth[1] * beam.d[1].y + b[2] * depth[2] * beam.d[2].y;
+
+        // F_P = A_gen/A_P times I₀ is flux over area [SF05 §3.4]; attenuation per wavelength over the distance in water.
+        let area = Lanes::max(double_area.abs() * 0.5, zero.like(SMALLEST_SECTION * beam.flux.w));
+        let visible = input.texel_here(bindings.texture(6), 0);
+        let lit = b[0] * flat[1] + b[1] * flat[2] + b[2] * flat[3];
+        let mut scale = visible * Lanes::clamp(lit, 0.0, 1.0) / area;
+        let ray = v3(
+            b[0] * beam.d[0].x + b[1] * beam.d[1].x + b[2] * beam.d[2].x,
+            zero.like(-1.0),
+            b[0] * beam.d[0].z + b[1] * beam.d[1].z + b[2] * beam.d[2].z,
+        );
+        if !PAPER {
+            // The section is level: cos θ_obj/cos θ_p is −N·ray, with the ray per metre of depth [decision E1].
+            let normal = bindings.texture(5);
+            let n = v3(input.texel_here(normal, 0), input.texel_here(normal, 1), input.texel_here(normal, 2));
+            scale = scale * Lanes::max(-n.dot(ray), zero);
+        }
+        let exists = input.texel_here(position, 3).equals(zero.like(1.0));
+        keep = keep & exists & scale.gt(zero);
+        output.keep = keep;
+        if !keep.any() {
+            return;
+        }
+        let flux = V3::splat(input.token, beam.flux.truncate());
+        let irradiance = flux.hadamard(beer_lambert_rgb(volume.sigma_t.truncate(), travelled)) * scale;
+        let total = irradiance.x + irradiance.y + irradiance.z;
+        let direction = ray.normalize() * total;
+        output.color[0] = v4(irradiance.x, irradiance.y, irradiance.z, zero);
+        output.color[1] = v4(direction.x, direction.y, direction.z, total);
+        output.color[2] = v4(zero.like(1.0), zero, zero, zero);
+    }
+}

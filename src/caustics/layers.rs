@@ -1,0 +1,118 @@
+//! From a frame's textures to named layers: crops the margin, folds samples into pixels.
+
+use crate::frame::{Frame, FrameOutput, TextureId};
+use crate::image::{Image, Layer, LayerError, LayerSet};
+use crate::pipeline::{Surface, Texture};
+
+use super::{LayerRead, LayerSource, TechniqueFrame};
+
+/// The layers a frame was asked for: named ones in the caller's order, or all standard ones.
+pub(super) fn extract(built: &TechniqueFrame, output: &FrameOutput<'_>, names: Option<&[String]>) -> Result<LayerSet, LayerError> {
+    let mut set = LayerSet::new();
+    match names {
+        None => {
+            for source in &built.layers {
+                set.push(read(built, source, output)?)?;
+            }
+        }
+        Some(names) => {
+            for name in names {
+                if set.get(name).is_some() {
+                    continue;
+                }
+                match built.layers.iter().find(|l| l.name == *name) {
+                    Some(source) => set.push(read(built, source, output)?)?,
+                    None => {
+                        if let Some(id) = attachment(&built.frame, name) {
+                            set.push(raw(name, output.texture(id))?)?;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    Ok(set)
+}
+
+/// The texture of `pass/attachment`.
+pub(super) fn attachment(frame: &Frame, name: &str) -> Option<TextureId> {
+    let (pass, attachment) = name.rsplit_once('/')?;
+    let id = frame.texture_named(attachment)?;
+    let pass = &frame.passes[frame.pass_index(pass)?];
+    let views = pass.color.iter().flatten().map(|t| t.view).chain(pass.depth.iter().map(|t| t.view));
+    views.into_iter().any(|v| v.texture == id).then_some(id)
+}
+
+/// Every `pass/attachment` of a frame.
+pub(super) fn attachment_names(frame: &Frame) -> Vec<String> {
+    let mut names = Vec::new();
+    for pass in &frame.passes {
+        for view in pass.color.iter().flatten().map(|t| t.view).chain(pass.depth.iter().map(|t| t.view)) {
+            names.push(format!("{}/{}", pass.label, frame.textures[view.texture.index()].desc.label));
+        }
+    }
+    names
+}
+
+/// An attachment as it is, margin and samples included.
+fn raw(name: &str, texture: &Texture) -> Result<Layer, LayerError> {
+    let surface = texture.surface(0, 0);
+    let plane = |c: usize| Image::from_fn(surface.width, surface.height, |x, y| surface.get(x, y, c));
+    let planes = (0..surface.channels.max(1)).map(plane).collect::<Result<Vec<_>, _>>();
+    Layer::new(name, planes.map_err(|source| LayerError::Size { name: name.to_owned(), source })?)
+}
+
+fn read(built: &TechniqueFrame, source: &LayerSource, output: &FrameOutput<'_>) -> Result<Layer, LayerError> {
+    let surface = output.texture(source.texture).surface(0, 0);
+    let samples = built.samples;
+    let width = (surface.width - 2 * built.margin) / samples;
+    let height = (surface.height - 2 * built.margin) / samples;
+    let pixel = Pixel { surface, margin: built.margin, samples };
+    let plane = |c: usize| Image::from_fn(width, height, |x, y| pixel.fold(source.read, x, y, c));
+    let planes = (0..source.channels).map(plane).collect::<Result<Vec<_>, _>>();
+    Layer::new(source.name, planes.map_err(|error| LayerError::Size { name: source.name.to_owned(), source: error })?)
+}
+
+/// Reads pixels of a supersampled surface with a margin.
+struct Pixel<'a> {
+    surface: &'a Surface,
+    margin: u32,
+    samples: u32,
+}
+
+impl Pixel<'_> {
+    /// Sum of a channel over the pixel's samples, rows first.
+    fn sum(&self, x: u32, y: u32, c: usize) -> f32 {
+        let mut sum = 0.0;
+        for sy in 0..self.samples {
+            for sx in 0..self.samples {
+                sum += self.surface.get(self.margin + x * self.samples + sx, self.margin + y * self.samples + sy, c);
+            }
+        }
+        sum
+    }
+
+    fn nearest(&self, x: u32, y: u32, c: usize) -> f32 {
+        let half = self.samples / 2;
+        self.surface.get(self.margin + x * self.samples + half, self.margin + y * self.samples + half, c)
+    }
+
+    fn fold(&self, read: LayerRead, x: u32, y: u32, c: usize) -> f32 {
+        match read {
+            LayerRead::Mean => self.sum(x, y, c) / (self.samples * self.samples) as f32,
+            LayerRead::Sum => self.sum(x, y, c),
+            LayerRead::Nearest => self.nearest(x, y, c),
+            LayerRead::WeightedMean => {
+                let weight = self.sum(x, y, 3);
+                if weight > 0.0 { self.sum(x, y, c) / weight } else { 0.0 }
+            }
+            LayerRead::Depth(origin, axis) => {
+                if self.nearest(x, y, 3) == 0.0 {
+                    return f32::INFINITY;
+                }
+                let p = glam::Vec3::new(self.nearest(x, y, 0), self.nearest(x, y, 1), self.nearest(x, y, 2));
+                (p - origin).dot(axis)
+            }
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! A scene's objects as the passes draw them: one buffer of world-space vertices and a run of indices per object.
+
+use std::sync::Arc;
+
+use glam::{Vec3, Vec4};
+
+use crate::geom::Aabb;
+use crate::passes::geometry_buffer::ReceiverVertex;
+use crate::pipeline::Buffer;
+use crate::scene::{Material, Scene, SceneError};
+
+/// One object's part of the index buffer.
+#[derive(Clone, Debug)]
+pub struct ReceiverGroup {
+    /// What it does with light.
+    pub material: Material,
+    /// Indices, in the shared index buffer.
+    pub elements: std::ops::Range<u32>,
+}
+
+/// All receivers of a scene. Static: made once, shared by all frames of an animation.
+#[derive(Clone, Debug)]
+pub struct Receivers {
+    /// [`ReceiverVertex`] in world space.
+    pub vertices: Arc<Buffer>,
+    /// 32-bit indices.
+    pub indices: Arc<Buffer>,
+    /// Per object.
+    pub groups: Vec<ReceiverGroup>,
+    /// World-space bounds.
+    pub bounds: Aabb,
+    /// Triangles in all.
+    pub triangles: u64,
+}
+
+impl Receivers {
+    /// Builds or loads every object's mesh. Triangles that cross `cut_y` are cut there, so that what is under water can be moved
+    /// (see [`crate::passes::camera::CameraUniform::raise`]) without bending what is above.
+    pub fn new(scene: &Scene, cut_y: Option<f32>) -> Result<Self, SceneError> {
+        let mut builder = Builder { vertices: Vec::new(), indices: Vec::new(), cut_y };
+        let mut groups = Vec::new();
+        for (index, object) in scene.objects.iter().enumerate() {
+            let mesh = scene.mesh(index)?.transformed(object.transform.world_from_object());
+            let first = builder.indices.len() as u32;
+            for triangle in mesh.triangles() {
+                builder.triangle(triangle.map(|i| (mesh.positions[i as usize], mesh.normals[i as usize])));
+            }
+            groups.push(ReceiverGroup { material: object.material.clone(), elements: first..builder.indices.len() as u32 });
+        }
+        let bounds = Aabb::from_points(builder.vertices.iter().map(|v| v.position_ws.truncate()));
+        let triangles = builder.indices.len() as u64 / 3;
+        // Storage bindings hold at least one element.
+        if builder.vertices.is_empty() {
+            builder.vertices.push(ReceiverVertex { position_ws: Vec4::W, normal_ws: Vec4::Y });
+        }
+        Ok(Self {
+            vertices: Arc::new(Buffer::from_slice(&builder.vertices)),
+            indices: Arc::new(Buffer::from_slice(&builder.indices)),
+            groups,
+            bounds,
+            triangles,
+        })
+    }
+}
+
+type Corner = (Vec3, Vec3);
+
+struct Builder {
+    vertices: Vec<ReceiverVertex>,
+    indices: Vec<u32>,
+    cut_y: Option<f32>,
+}
+
+impl Builder {
+    fn triangle(&mut self, corners: [Corner; 3]) {
+        let Some(cut) = self.cut_y else { return self.polygon(&corners) };
+        let above = corners.map(|c| c.0.y > cut);
+        if above == [above[0]; 3] {
+            return self.polygon(&corners);
+        }
+        for side in [true, false] {
+            let mut polygon = Vec::with_capacity(4);
+            for i in 0..3 {
+                let (here, next) = (corners[i], corners[(i + 1) % 3]);
+                if above[i] == side {
+                    polygon.push(here);
+                }
+                if above[i] != above[(i + 1) % 3] {
+                    // From above to below on every edge, so that neighbours share the new vertex.
+                    let (high, low) = if above[i] { (here, next) } else { (next, here) };
+                    let t = (high.0.y - cut) / (high.0.y - low.0.y);
+                    let mut position = high.0 + (low.0 - high.0) * t;
+                    position.y = cut;
+                    polygon.push((position, (high.1 + (low.1 - high.1) * t).normalize_or(Vec3::Y)));
+                }
+            }
+            self.polygon(&polygon);
+        }
+    }
+
+    fn polygon(&mut self, corners: &[Corner]) {
+        let first = self.vertices.len() as u32;
+        self.vertices.extend(corners.iter().map(|(p, n)| ReceiverVertex { position_ws: p.extend(1.0), normal_ws: n.extend(0.0) }));
+        for k in 1..corners.len() as u32 - 1 {
+            self.indices.extend([first, first + k, first + k + 1]);
+        }
+    }
+}
