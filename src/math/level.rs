@@ -7,7 +7,8 @@ use fearless_simd::{Level, Simd, dispatch};
 
 /// Every level this machine can run, scalar first and the fastest last.
 ///
-/// At least two entries on any target with SIMD: [`Level::fallback`], which is plain scalar code, is always included.
+/// At least two entries on any target with SIMD: [`Level::fallback`], which is plain scalar code, is always included. A build with `target-cpu`
+/// set has fewer, because the compiler then never goes below that processor.
 #[must_use]
 pub fn available_levels() -> Vec<(&'static str, Level)> {
     let best = Level::new();
@@ -23,7 +24,10 @@ pub fn available_levels() -> Vec<(&'static str, Level)> {
     if !best.is_fallback() {
         levels.push(best);
     }
-    levels.into_iter().map(|level| (level_name(level), level)).collect()
+    let mut named: Vec<_> = levels.into_iter().map(|level| (level_name(level), level)).collect();
+    // A build for one particular processor runs the levels below its own as its own: each is listed once.
+    named.dedup_by_key(|(name, _)| *name);
+    named
 }
 
 /// Name of a level in lower case: `scalar`, `sse2`, `sse4.2`, `avx2`, `avx512`, `neon` or `simd128`.

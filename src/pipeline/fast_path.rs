@@ -3,6 +3,7 @@
 //! Each does exactly what the general path would; `tests/fast_paths.rs` compares the two on random triangles.
 
 use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
+use fearless_simd_macros::simd;
 
 use crate::math::lanes::Lanes;
 
@@ -82,7 +83,7 @@ pub(super) fn run<S: Simd>(
     targets: &mut TileTargets<'_>,
     counters: &mut TileCounters,
 ) -> bool {
-    let mut passed = 0;
+    let passed;
     let mut shaded = None;
     match path {
         FastPath::General => return false,
@@ -94,27 +95,17 @@ pub(super) fn run<S: Simd>(
             };
             let Some(planes) = targets.color[0].as_deref_mut() else { return false };
             let z = targets.depth.as_deref_mut().unwrap_or(&mut []);
-            macro_rules! add {
-                ($channels:literal, $depth:ident, $strict:literal) => {
-                    add::<S, $channels, $depth, $strict>(simd, record, draw, origin, color, planes, z, &mut passed)
-                };
-            }
-            macro_rules! by_depth {
-                ($channels:literal) => {
-                    match (depth, strict) {
-                        (IGNORE, _) => add!($channels, IGNORE, false),
-                        (TEST, false) => add!($channels, TEST, false),
-                        (TEST, true) => add!($channels, TEST, true),
-                        (_, false) => add!($channels, WRITE, false),
-                        (_, true) => add!($channels, WRITE, true),
-                    }
-                };
-            }
-            match channels {
-                1 => by_depth!(1),
-                2 => by_depth!(2),
-                _ => by_depth!(4),
-            }
+            passed = match (channels, depth) {
+                (1, IGNORE) => add::<S, 1, IGNORE>(simd, record, draw, origin, color, planes, z, strict),
+                (1, TEST) => add::<S, 1, TEST>(simd, record, draw, origin, color, planes, z, strict),
+                (1, _) => add::<S, 1, WRITE>(simd, record, draw, origin, color, planes, z, strict),
+                (2, IGNORE) => add::<S, 2, IGNORE>(simd, record, draw, origin, color, planes, z, strict),
+                (2, TEST) => add::<S, 2, TEST>(simd, record, draw, origin, color, planes, z, strict),
+                (2, _) => add::<S, 2, WRITE>(simd, record, draw, origin, color, planes, z, strict),
+                (_, IGNORE) => add::<S, 4, IGNORE>(simd, record, draw, origin, color, planes, z, strict),
+                (_, TEST) => add::<S, 4, TEST>(simd, record, draw, origin, color, planes, z, strict),
+                (_, _) => add::<S, 4, WRITE>(simd, record, draw, origin, color, planes, z, strict),
+            };
             shaded = Some(passed);
         }
         FastPath::Stencil { depth, strict } => {
@@ -123,19 +114,14 @@ pub(super) fn run<S: Simd>(
             let face = stencil_face(draw, face);
             let Some(stencil) = targets.stencil.as_deref_mut() else { return false };
             let z = targets.depth.as_deref_mut().unwrap_or(&mut []);
-            match (depth, strict) {
-                (IGNORE, _) => count::<S, IGNORE, false>(simd, record, draw, origin, face, stencil, z, &mut passed),
-                (_, false) => count::<S, TEST, false>(simd, record, draw, origin, face, stencil, z, &mut passed),
-                (_, true) => count::<S, TEST, true>(simd, record, draw, origin, face, stencil, z, &mut passed),
-            }
+            passed = match depth {
+                IGNORE => count::<S, IGNORE>(simd, record, draw, origin, face, stencil, z, strict),
+                _ => count::<S, TEST>(simd, record, draw, origin, face, stencil, z, strict),
+            };
         }
         FastPath::Depth { strict } => {
             let Some(z) = targets.depth.as_deref_mut() else { return false };
-            if strict {
-                add::<S, 0, WRITE, true>(simd, record, draw, origin, [0.0; 4], &mut [], z, &mut passed);
-            } else {
-                add::<S, 0, WRITE, false>(simd, record, draw, origin, [0.0; 4], &mut [], z, &mut passed);
-            }
+            passed = add::<S, 0, WRITE>(simd, record, draw, origin, [0.0; 4], &mut [], z, strict);
         }
     }
     counters.fragments_passed += passed;
@@ -145,13 +131,15 @@ pub(super) fn run<S: Simd>(
 
 /// The depth test of a block and, for [`WRITE`], its write; returns what passes.
 #[inline(always)]
-fn test_depth<S: Simd, const DEPTH: u8, const STRICT: bool>(
+#[allow(clippy::too_many_arguments, reason = "the parts of a sink, borrowed separately")]
+fn test_depth<S: Simd, const DEPTH: u8>(
     z: &BlockDepth<S>,
     plane: &mut [f32],
     bx: i32,
     by: i32,
     offset: usize,
     mask: mask32x16<S>,
+    strict: bool,
     simd: S,
 ) -> mask32x16<S> {
     if DEPTH == IGNORE {
@@ -160,16 +148,17 @@ fn test_depth<S: Simd, const DEPTH: u8, const STRICT: bool>(
     let new = z.at(bx, by);
     let block = &mut plane[offset..offset + 16];
     let stored = <f32x16<S> as Lanes>::load(simd, block);
-    let pass = mask & if STRICT { Lanes::lt(new, stored) } else { Lanes::le(new, stored) };
+    let pass = mask & if strict { Lanes::lt(new, stored) } else { Lanes::le(new, stored) };
     if DEPTH == WRITE {
         Lanes::store(<f32x16<S> as Lanes>::select(pass, new, stored), block);
     }
     pass
 }
 
-#[inline(always)]
+#[simd]
+#[inline(never)]
 #[allow(clippy::too_many_arguments, reason = "the parts of a tile worker, borrowed separately")]
-fn add<S: Simd, const CHANNELS: usize, const DEPTH: u8, const STRICT: bool>(
+fn add<S: Simd, const CHANNELS: usize, const DEPTH: u8>(
     simd: S,
     record: &Record,
     draw: &Draw<'_>,
@@ -177,20 +166,21 @@ fn add<S: Simd, const CHANNELS: usize, const DEPTH: u8, const STRICT: bool>(
     color: [f32; 4],
     planes: &mut [f32],
     depth: &mut [f32],
-    passed: &mut u64,
-) {
-    struct Sink<'a, S: Simd, const CHANNELS: usize, const DEPTH: u8, const STRICT: bool> {
+    strict: bool,
+) -> u64 {
+    struct Sink<'a, S: Simd, const CHANNELS: usize, const DEPTH: u8> {
         z: BlockDepth<S>,
         color: [f32x16<S>; CHANNELS],
         planes: &'a mut [f32],
         depth: &'a mut [f32],
+        strict: bool,
         passed: u64,
     }
-    impl<S: Simd, const CHANNELS: usize, const DEPTH: u8, const STRICT: bool> BlockSink<S> for Sink<'_, S, CHANNELS, DEPTH, STRICT> {
+    impl<S: Simd, const CHANNELS: usize, const DEPTH: u8> BlockSink<S> for Sink<'_, S, CHANNELS, DEPTH> {
         #[inline(always)]
         fn block(&mut self, simd: S, _record: &Record, bx: i32, by: i32, mask: mask32x16<S>) {
             let offset = offset_in_tile(bx as usize, by as usize);
-            let pass = test_depth::<S, DEPTH, STRICT>(&self.z, self.depth, bx, by, offset, mask, simd);
+            let pass = test_depth::<S, DEPTH>(&self.z, self.depth, bx, by, offset, mask, self.strict, simd);
             self.passed += u64::from(pass.to_bitmask().count_ones());
             for c in 0..CHANNELS {
                 let block = &mut self.planes[c * TILE_PIXELS + offset..][..16];
@@ -219,20 +209,22 @@ fn add<S: Simd, const CHANNELS: usize, const DEPTH: u8, const STRICT: bool>(
             self.passed += 256;
         }
     }
-    let mut sink = Sink::<S, CHANNELS, DEPTH, STRICT> {
+    let mut sink = Sink::<S, CHANNELS, DEPTH> {
         z: BlockDepth::new(simd, record, origin, draw),
         color: std::array::from_fn(|c| <f32x16<S> as Lanes>::splat(simd, color[c])),
         planes,
         depth,
+        strict,
         passed: 0,
     };
     walk(simd, record, &mut sink);
-    *passed += sink.passed;
+    sink.passed
 }
 
-#[inline(always)]
+#[simd]
+#[inline(never)]
 #[allow(clippy::too_many_arguments, reason = "the parts of a tile worker, borrowed separately")]
-fn count<S: Simd, const DEPTH: u8, const STRICT: bool>(
+fn count<S: Simd, const DEPTH: u8>(
     simd: S,
     record: &Record,
     draw: &Draw<'_>,
@@ -240,21 +232,22 @@ fn count<S: Simd, const DEPTH: u8, const STRICT: bool>(
     face: StencilFace,
     stencil: &mut [u8],
     depth: &mut [f32],
-    passed: &mut u64,
-) {
-    struct Sink<'a, S: Simd, const DEPTH: u8, const STRICT: bool> {
+    strict: bool,
+) -> u64 {
+    struct Sink<'a, S: Simd, const DEPTH: u8> {
         z: BlockDepth<S>,
         face: StencilFace,
         stencil: &'a mut [u8],
         depth: &'a mut [f32],
+        strict: bool,
         passed: u64,
     }
-    impl<S: Simd, const DEPTH: u8, const STRICT: bool> BlockSink<S> for Sink<'_, S, DEPTH, STRICT> {
+    impl<S: Simd, const DEPTH: u8> BlockSink<S> for Sink<'_, S, DEPTH> {
         #[inline(always)]
         fn block(&mut self, simd: S, _record: &Record, bx: i32, by: i32, mask: mask32x16<S>) {
             let offset = offset_in_tile(bx as usize, by as usize);
             let covered = mask.to_bitmask() as u32;
-            let pass = test_depth::<S, DEPTH, STRICT>(&self.z, self.depth, bx, by, offset, mask, simd).to_bitmask() as u32;
+            let pass = test_depth::<S, DEPTH>(&self.z, self.depth, bx, by, offset, mask, self.strict, simd).to_bitmask() as u32;
             if self.face.state.depth_fail_op != StencilOperation::Keep {
                 self.face.apply(simd, self.face.state.depth_fail_op, &mut self.stencil[offset..], covered & !pass);
             }
@@ -279,7 +272,7 @@ fn count<S: Simd, const DEPTH: u8, const STRICT: bool>(
             self.passed += 256;
         }
     }
-    let mut sink = Sink::<S, DEPTH, STRICT> { z: BlockDepth::new(simd, record, origin, draw), face, stencil, depth, passed: 0 };
+    let mut sink = Sink::<S, DEPTH> { z: BlockDepth::new(simd, record, origin, draw), face, stencil, depth, strict, passed: 0 };
     walk(simd, record, &mut sink);
-    *passed += sink.passed;
+    sink.passed
 }

@@ -178,7 +178,8 @@ impl<'a> TileWorker<'a, '_> {
     }
 
     /// Walks a record through the tests and the queue.
-    #[inline(always)]
+    #[simd]
+    #[inline(never)]
     fn general<S: Simd>(&mut self, simd: S, record: &Record) {
         let draw = &self.context.draws[record.draw as usize];
         let mut sink = GeneralSink { depth: BlockDepth::new(simd, record, self.origin, draw), worker: self };
@@ -193,6 +194,8 @@ impl<'a> TileWorker<'a, '_> {
         }
     }
 
+    #[simd]
+    #[inline(never)]
     fn flush_queue<S: Simd>(&mut self, simd: S) {
         let draw = &self.context.draws[self.draw as usize];
         let pipeline = draw.pipeline;
