@@ -387,7 +387,8 @@ impl Emitter<'_> {
     fn clipped_triangle(&mut self, vertices: [u32; 3], id: u32) {
         let triangle = vertices.map(|v| self.positions[v as usize]);
         let (polygon, count) = clip_triangle(&self.view, self.depth_clip, triangle);
-        if count < 3 {
+        // Coordinates near the greatest f32 overflow on the way.
+        if count < 3 || polygon[..count].iter().any(|v| !is_finite(v.position)) {
             return self.report(id, None, PrimitiveOutcome::Rejected);
         }
         let mut corners: Vec<Corner> = polygon[..count]
@@ -575,7 +576,8 @@ impl Emitter<'_> {
         let ends = if any & self.view.clip_mask() == 0 {
             vertices.map(|v| self.corner(v))
         } else {
-            let Some(clipped) = clip_line(&self.view, self.depth_clip, vertices.map(|v| self.positions[v as usize])) else {
+            let clipped = clip_line(&self.view, self.depth_clip, vertices.map(|v| self.positions[v as usize]));
+            let Some(clipped) = clipped.filter(|ends| ends.iter().all(|v| is_finite(v.position))) else {
                 return self.report(id, None, PrimitiveOutcome::Rejected);
             };
             clipped.map(|v| match v.original {
@@ -657,6 +659,10 @@ impl ZPlane {
     fn anchor_slack(&self) -> f32 {
         if self.anchor == [0, 0] { 32768.0 } else { 2.0 }
     }
+}
+
+fn is_finite(position: [f32; 4]) -> bool {
+    position.iter().all(|c| c.is_finite())
 }
 
 /// [`pixel_bounds`] of a rectangle that does not own its right and lower edges.

@@ -330,6 +330,9 @@ impl Pass<'_> {
         if !(-32768.0..=32767.0).contains(&v.x) || !(-32768.0..=32767.0).contains(&v.y) {
             return Some(format!("viewport origin ({}, {}) is outside -32768..=32767", v.x, v.y));
         }
+        if v.x + v.width > 32767.0 || v.y + v.height > 32767.0 {
+            return Some(format!("viewport {v:?} reaches beyond 32767"));
+        }
         if !(0.0..=1.0).contains(&v.min_depth) || !(0.0..=1.0).contains(&v.max_depth) || v.min_depth > v.max_depth {
             return Some(format!("viewport depth {}..{}: needs 0 <= min <= max <= 1", v.min_depth, v.max_depth));
         }
@@ -505,6 +508,9 @@ fn plan(draws: &[Draw<'_>], assemblies: &[Assembly]) -> (Vec<Part>, Vec<Range<us
     let mut room = capacity;
     for (number, (draw, assembly)) in draws.iter().zip(assemblies).enumerate() {
         let weight = weight(draw);
+        if assembly.count() == 0 {
+            continue;
+        }
         for instance in draw.instances.clone() {
             let mut first = 0;
             while first < assembly.count() {

@@ -7,6 +7,7 @@ use crate::math::lanes::Lanes;
 use crate::math::vector::{V2, V3, V4, v4};
 
 use super::depth_stencil::compare;
+use super::format::ChannelKind;
 use super::state::CompareFunction;
 use super::texture::{Texture, TextureShape};
 pub use wgpu_types::{AddressMode, FilterMode};
@@ -229,7 +230,9 @@ pub fn sample_compare<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>,
     let function = sampler.compare.unwrap_or(CompareFunction::Always);
     L::from_fn(reference.token(), |i| {
         let site = Site { u: uv.x.lane(i), v: uv.y.lane(i), w: 0.0, layer };
-        let depth = reference.lane(i);
+        // A unorm texture holds nothing outside 0..=1, and neither does what is compared with it [Vulkan spec, depth compare operation].
+        let unorm = matches!(texture.info().kind, ChannelKind::UnormDepth(_));
+        let depth = if unorm { reference.lane(i).clamp(0.0, 1.0) } else { reference.lane(i) };
         let passes = |texel: [f32; 4]| [f32::from(u8::from(compare(function, depth, texel[0]))), 0.0, 0.0, 0.0];
         sample_site(texture, sampler, site, 0.0, &passes)[0]
     })

@@ -109,7 +109,8 @@ fn reference_plane(v: [&WindowVertex; 3], area: i64, z: [f32; 3]) -> ZPlane {
     let (z1, z2) = (f64::from(z[1]) - f64::from(z[0]), f64::from(z[2]) - f64::from(z[0]));
     let dx = (z1 * y2 - z2 * y1) * scale;
     let dy = (z2 * x1 - z1 * x2) * scale;
-    let anchor = [v[0].fx >> 8, v[0].fy >> 8];
+    // Ends of wide lines may lie beyond what a record's 16-bit anchor can name.
+    let anchor = [v[0].fx >> 8, v[0].fy >> 8].map(|pixel| pixel.clamp(i16::MIN.into(), i16::MAX.into()));
     let to_centre = [f64::from((anchor[0] << 8) + HALF - v[0].fx) / 256.0, f64::from((anchor[1] << 8) + HALF - v[0].fy) / 256.0];
     let base = f64::from(z[0]) + dx * to_centre[0] + dy * to_centre[1];
     ZPlane { base: base as f32, dx: dx as f32, dy: dy as f32, anchor, sixteenths: [0; 2] }

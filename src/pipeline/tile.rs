@@ -106,8 +106,18 @@ fn tile_chunks<'a, S: Simd>(
     observer: Option<&'a mut dyn Observer>,
 ) {
     let tile_coordinates = [origin[0] >> 6, origin[1] >> 6];
-    let mut worker =
-        TileWorker { context, origin, targets, scratch, counters, observer, chunk: None, draw: u32::MAX, path: FastPath::General };
+    let mut worker = TileWorker {
+        context,
+        origin,
+        targets,
+        scratch,
+        counters,
+        observer,
+        chunk: None,
+        stencil_before: [0; 16],
+        draw: u32::MAX,
+        path: FastPath::General,
+    };
     for chunk in chunks {
         if chunk.bins.is_untouched(tile) {
             continue;
@@ -144,6 +154,8 @@ pub(super) struct TileWorker<'a, 'b> {
     pub counters: &'a mut TileCounters,
     observer: Option<&'a mut dyn Observer>,
     chunk: Option<&'a ChunkOutput>,
+    /// Stencil of the block at work before its tests, for the observer.
+    stencil_before: [u8; 16],
     /// Draw of the last record.
     draw: u32,
     path: FastPath,
@@ -259,9 +271,9 @@ impl<'a> TileWorker<'a, '_> {
         let (bx, by) = (item.x as i32 - self.origin[0], item.y as i32 - self.origin[1]);
         let offset = offset_in_tile(bx as usize, by as usize);
         let mut mask = u32::from(item.mask);
-        if pipeline.desc.program.may_discard {
+        if pipeline.fragment.shades && pipeline.desc.program.may_discard {
             let kept = mask & u32::from(self.scratch.keep[i]);
-            self.observe(draw, item, i, mask & !kept, FragmentOutcome::Discarded, None);
+            self.report(draw, item, i, mask & !kept, FragmentOutcome::Discarded, None);
             mask = kept;
         }
         if pipeline.fragment.late_tests {
@@ -283,7 +295,7 @@ impl<'a> TileWorker<'a, '_> {
         if mask == 0 {
             return;
         }
-        let before = self.observer.is_some().then(|| self.snapshot(pipeline, offset));
+        let before = self.observer.is_some().then(|| self.color_block(pipeline, offset));
         let outputs = pipeline.fragment.outputs;
         for (target, plan) in pipeline.targets.iter().enumerate() {
             let (Some(plan), Some(planes)) = (plan, self.targets.color[target].as_deref_mut()) else { continue };
@@ -291,7 +303,7 @@ impl<'a> TileWorker<'a, '_> {
             let second = if outputs > pipeline.targets.len() { &self.scratch.colors[(i * outputs + 1) * 64..][..64] } else { source };
             plan.store(simd, planes, offset, mask, source, second, draw.blend_constant);
         }
-        self.observe(draw, item, i, mask, FragmentOutcome::Passed, before.as_deref());
+        self.report(draw, item, i, mask, FragmentOutcome::Passed, before.as_deref());
     }
 
     /// Depth and stencil tests of the pixels in `mask`; returns those that pass. Depth `z` is as the target stores it.
@@ -307,7 +319,6 @@ impl<'a> TileWorker<'a, '_> {
         let face = if back { plan.stencil_back } else { plan.stencil_front };
         let face = stencil_face(draw, face);
         let mut stencil_pass = mask;
-        let stencil_before: Option<[u8; 16]> = self.observer.is_some().then(|| self.stencil_block(offset));
         if plan.stencil
             && let Some(stencil) = self.targets.stencil.as_deref_mut()
         {
@@ -331,10 +342,8 @@ impl<'a> TileWorker<'a, '_> {
             face.apply(simd, face.state.depth_fail_op, &mut stencil[offset..], stencil_pass & !pass);
             face.apply(simd, face.state.pass_op, &mut stencil[offset..], pass);
         }
-        if let Some(before) = stencil_before {
-            self.observe_stencil(draw, item, i, mask & !stencil_pass, FragmentOutcome::StencilFailed, &before);
-            self.observe_stencil(draw, item, i, stencil_pass & !pass, FragmentOutcome::DepthFailed, &before);
-        }
+        self.report(draw, item, i, mask & !stencil_pass, FragmentOutcome::StencilFailed, None);
+        self.report(draw, item, i, stencil_pass & !pass, FragmentOutcome::DepthFailed, None);
         pass
     }
 
@@ -347,7 +356,7 @@ impl<'a> TileWorker<'a, '_> {
     }
 
     /// Target 0 of a block, `[component][16]`.
-    fn snapshot(&self, pipeline: &RenderPipeline, offset: usize) -> Vec<f32> {
+    fn color_block(&self, pipeline: &RenderPipeline, offset: usize) -> Vec<f32> {
         let mut block = vec![0.0; 64];
         if let (Some(Some(plan)), Some(planes)) = (pipeline.targets.first(), self.targets.color[0].as_deref()) {
             for c in 0..plan.channels {
@@ -357,31 +366,14 @@ impl<'a> TileWorker<'a, '_> {
         block
     }
 
-    fn observe_stencil(&mut self, draw: &Draw<'_>, item: ShadeItem, i: usize, mask: u32, outcome: FragmentOutcome, before: &[u8; 16]) {
-        self.report(draw, item, i, mask, outcome, None, Some(before));
-    }
-
-    fn observe(&mut self, draw: &Draw<'_>, item: ShadeItem, i: usize, mask: u32, outcome: FragmentOutcome, before: Option<&[f32]>) {
-        self.report(draw, item, i, mask, outcome, before, None);
-    }
-
     #[allow(clippy::too_many_arguments, reason = "an event has this many parts")]
-    fn report(
-        &mut self,
-        draw: &Draw<'_>,
-        item: ShadeItem,
-        i: usize,
-        mask: u32,
-        outcome: FragmentOutcome,
-        color_before: Option<&[f32]>,
-        stencil_before: Option<&[u8; 16]>,
-    ) {
+    fn report(&mut self, draw: &Draw<'_>, item: ShadeItem, i: usize, mask: u32, outcome: FragmentOutcome, color_before: Option<&[f32]>) {
         if self.observer.is_none() || mask == 0 {
             return;
         }
         let pipeline = draw.pipeline;
         let offset = offset_in_tile((item.x as i32 - self.origin[0]) as usize, (item.y as i32 - self.origin[1]) as usize);
-        let after = self.snapshot(pipeline, offset);
+        let after = self.color_block(pipeline, offset);
         let stencil_after = self.stencil_block(offset);
         let outputs = pipeline.fragment.outputs;
         let shaded = matches!(outcome, FragmentOutcome::Passed | FragmentOutcome::Discarded) && outputs > 0;
@@ -398,7 +390,7 @@ impl<'a> TileWorker<'a, '_> {
                 y: item.y + (lane as u32 >> 2),
                 depth: depth_value(kind, quantize_depth(kind, z[lane])),
                 outcome,
-                stencil_before: stencil_before.map_or(stencil_after[lane], |b| b[lane]),
+                stencil_before: self.stencil_before[lane],
                 stencil_after: stencil_after[lane],
                 shader_color: if shaded { four(&self.scratch.colors[i * outputs * 64..][..64]) } else { [0.0; 4] },
                 color_before: four(color_before.unwrap_or(&after)),
@@ -504,6 +496,9 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
         // The queue's slot is filled first, so that an observer sees the depth of fragments that fail.
         worker.scratch.z.push(lanes);
         let mut covered = u32::from(item.mask);
+        if worker.observer.is_some() {
+            worker.stencil_before = worker.stencil_block(offset_in_tile(bx as usize, by as usize));
+        }
         if !late {
             let slot = worker.scratch.items.len();
             covered = worker.test_block(simd, draw, item, slot, quantized(z, pipeline), back, covered);
@@ -514,7 +509,8 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
         }
         worker.scratch.items.push(ShadeItem { mask: covered as u16, ..item });
         worker.scratch.facing.push(back);
-        if worker.scratch.items.len() == QUEUE {
+        // An observer sees each block from its tests to its blending before the next one.
+        if worker.scratch.items.len() == QUEUE || worker.observer.is_some() {
             worker.flush_queue(simd);
         }
     }

@@ -8,6 +8,10 @@ pub(super) const ONE: i32 = 256;
 pub(super) const HALF: i32 = 128;
 /// Framebuffer coordinates stay within ± this many pixels, so that edge functions fit 64 bits and differences 25.
 pub(super) const GUARD_PX: f32 = 32768.0;
+/// Part of that which vertices leave free: half the greatest line width, and a pixel for rounding.
+const GUARD_MARGIN_PX: f32 = 513.0;
+/// Snapped coordinates of vertices that clipping made stay within ± this, whatever rounding did to a `w` near zero.
+const LIMIT: i32 = GUARD_PX as i32 * ONE;
 /// Least `w` that is divided by. Vertices nearer to the eye plane are clipped to it.
 pub(super) const MIN_W: f32 = 1.0 / 16_777_216.0;
 
@@ -38,7 +42,7 @@ pub(super) mod outside {
     pub const FAR: u8 = 32;
     /// Beyond the guard band, or w too small.
     pub const GUARD: u8 = 64;
-    /// A coordinate is not a number: the primitive is dropped [D3D11.3 §15.16.1].
+    /// A coordinate is not a number, for which D3D drops the primitive [D3D11.3 §15.16.1], or infinite, from which no edge can be drawn.
     pub const NAN: u8 = 128;
     pub const FRUSTUM: u8 = 63;
 }
@@ -60,7 +64,7 @@ impl ViewTransform {
     pub fn new(viewport: &Viewport, rules: RasterRules, unclipped_depth: bool) -> Self {
         let scale = [viewport.width * 0.5, viewport.height * -0.5];
         let translate = [viewport.x + viewport.width * 0.5, viewport.y + viewport.height * 0.5];
-        let guard = [0, 1].map(|axis: usize| (GUARD_PX - 1.0 - translate[axis].abs()) / scale[axis].abs().max(1.0e-3));
+        let guard = [0, 1].map(|axis: usize| (GUARD_PX - GUARD_MARGIN_PX - translate[axis].abs()) / scale[axis].abs().max(1.0e-3));
         let (near, far) = (viewport.min_depth, viewport.max_depth);
         Self {
             rules,
@@ -92,12 +96,12 @@ impl ViewTransform {
         }
     }
 
-    /// Which planes a clip-space position is outside of. Comparisons are written so that infinities count as outside.
+    /// Which planes a clip-space position is outside of.
     #[inline(always)]
     pub fn outcode(&self, [x, y, z, w]: [f32; 4]) -> u8 {
         let bit = |is: bool, bit: u8| if is { bit } else { 0 };
-        let nan = x.is_nan() || y.is_nan() || z.is_nan() || w.is_nan();
-        let guard = w < MIN_W || x.abs() > self.guard[0] * w || y.abs() > self.guard[1] * w || !w.is_finite();
+        let nan = !(x.is_finite() && y.is_finite() && z.is_finite() && w.is_finite());
+        let guard = w < MIN_W || x.abs() > self.guard[0] * w || y.abs() > self.guard[1] * w;
         bit(x < -w, outside::LEFT)
             | bit(x > w, outside::RIGHT)
             | bit(y < -w, outside::BOTTOM)
@@ -131,10 +135,13 @@ impl ViewTransform {
             let coarse = ONE >> self.rules.subpixel_bits;
             fixed[axis] = if self.rules.viewport == ViewportArithmetic::Prescaled {
                 let centred = (n * (units * scale) + (units * translate - units * 0.5)).round_ties_even() as i32;
-                centred * coarse + HALF
+                centred.saturating_mul(coarse).saturating_add(HALF)
             } else {
-                (px[axis] * units).round_ties_even() as i32 * coarse
+                ((px[axis] * units).round_ties_even() as i32).saturating_mul(coarse)
             };
+            if made_by_clipping {
+                fixed[axis] = fixed[axis].clamp(-LIMIT, LIMIT);
+            }
         }
         let z = (z * inv_w) * self.depth_scale + if self.depth_scale >= 0.0 { self.depth_range.0 } else { self.depth_range.1 };
         WindowVertex { fx: fixed[0], fy: fixed[1], x: px[0], y: px[1], z, inv_w }

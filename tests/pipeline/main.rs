@@ -1,0 +1,8 @@
+//! Tests of the software GPU as a whole: vectors from the WebGPU conformance suite, properties on random triangles against independent
+//! rasterizers, closed volumes in the stencil, driver presets, determinism, and fast paths against the general path.
+//!
+//! Every comparison helper has a test in which it must fail (`negative.rs`, or beside the helper).
+
+mod common;
+mod coverage;
+mod reference;
