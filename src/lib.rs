@@ -13,6 +13,7 @@
 //! - L7 [`cli`]
 
 pub mod caustics;
+#[cfg(not(target_family = "wasm"))]
 pub mod cli;
 pub mod frame;
 pub mod geom;

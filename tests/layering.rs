@@ -167,31 +167,28 @@ fn paths(source: &str, here: &[String]) -> Vec<UsedPath> {
                 }
             }
             "mod" if text(at + 2) == "{" => inner.push((text(at + 1).to_owned(), depth)),
-            "crate" | "super" | "self" | "std" if text(at + 1) == "::" || text(at + 1) == "as" => {
-                // A path in the middle of another, such as the `self` of `a::{self, b}`, belongs to the latter.
-                if at == 0 || text(at - 1) != "::" {
-                    let mut module: Vec<&str> =
-                        here.iter().map(String::as_str).chain(inner.iter().map(|(name, _)| name.as_str())).collect();
-                    let in_test = module.contains(&"tests");
-                    let line = tokens[at].line;
-                    let root = if text(at) == "std" { Root::Std } else { Root::Crate };
-                    let mut start = at + 1;
-                    match text(at) {
-                        "crate" | "std" => module.clear(),
-                        "super" => {
-                            module.pop();
-                        }
-                        _ => {}
-                    }
-                    while text(start) == "::" && text(start + 1) == "super" {
+            // A path in the middle of another, such as the `self` of `a::{self, b}`, belongs to the latter.
+            "crate" | "super" | "self" | "std" if ["::", "as"].contains(&text(at + 1)) && (at == 0 || text(at - 1) != "::") => {
+                let mut module: Vec<&str> = here.iter().map(String::as_str).chain(inner.iter().map(|(name, _)| name.as_str())).collect();
+                let in_test = module.contains(&"tests");
+                let line = tokens[at].line;
+                let root = if text(at) == "std" { Root::Std } else { Root::Crate };
+                let mut start = at + 1;
+                match text(at) {
+                    "crate" | "std" => module.clear(),
+                    "super" => {
                         module.pop();
-                        start += 2;
                     }
-                    let prefix: Vec<String> = module.iter().map(|name| (*name).to_owned()).collect();
-                    let mut leaves = Vec::new();
-                    tree(&tokens, start, &prefix, &mut leaves);
-                    found.extend(leaves.into_iter().map(|segments| UsedPath { root, segments, line, in_test }));
+                    _ => {}
                 }
+                while text(start) == "::" && text(start + 1) == "super" {
+                    module.pop();
+                    start += 2;
+                }
+                let prefix: Vec<String> = module.iter().map(|name| (*name).to_owned()).collect();
+                let mut leaves = Vec::new();
+                tree(&tokens, start, &prefix, &mut leaves);
+                found.extend(leaves.into_iter().map(|segments| UsedPath { root, segments, line, in_test }));
             }
             name if text(at + 1) == "!" && text(at + 2) != "=" && name.starts_with(|c: char| c.is_alphabetic()) => {
                 let in_test = here.iter().chain(inner.iter().map(|(name, _)| name)).any(|name| name == "tests");

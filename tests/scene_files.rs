@@ -428,21 +428,30 @@ fn errors_of_files_name_the_file() {
 }
 
 #[test]
-fn errors_of_meshes_name_the_object_in_the_scene_file() {
-    let scene = parse(FULL).unwrap();
+fn errors_of_meshes_name_the_object_in_the_scene_file_and_the_place_in_the_mesh_file() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("meshes")).unwrap();
+    let file = folder.path().join("meshes/thing.ply");
+    let (_, (line, column)) = edited("shape: Mesh(", "shape: ¦Mesh(");
+    let scene = scene::parse(FULL, "test.ron", folder.path()).unwrap();
+    let place = format!("test.ron:{line}:{column}: objects[4].shape: ");
+    let message = scene.mesh(4).unwrap_err().to_string();
+    assert!(message.starts_with(&place) && message.contains("thing.ply: "), "{message}");
+
+    fs::write(&file, "ply\nformat ascii 1.0\nelement vertex many\n").unwrap();
+    let message = scene.mesh(4).unwrap_err().to_string();
+    assert!(message.starts_with(&place) && message.contains("thing.ply:3"), "{message}");
+
+    fs::write(
+        &file,
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+         element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    )
+    .unwrap();
     for (index, object) in scene.objects.iter().enumerate() {
-        match scene.mesh(index) {
-            Ok(mesh) => assert!(mesh.triangle_count() > 0, "{}", object.display_name(index)),
-            Err(error) => {
-                assert_eq!(index, 4, "{error}");
-                let (_, (line, column)) = edited("shape: Mesh(", "shape: ¦Mesh(");
-                let message = error.to_string();
-                assert!(message.starts_with(&format!("test.ron:{line}:{column}: objects[4].shape: ")), "{message}");
-                assert!(message.contains("thing.ply"), "{message}");
-            }
-        }
+        assert!(scene.mesh(index).unwrap().triangle_count() > 0, "{}", object.display_name(index));
     }
-    assert!(scene.mesh(4).is_err(), "the mesh file does not exist");
+    assert_eq!(scene.mesh(4).unwrap().triangle_count(), 1);
 }
 
 #[test]
@@ -601,4 +610,18 @@ fn mutated_scenes_never_panic_and_every_error_has_a_place() {
         }
     }
     assert!(accepted > 200 && refused > 2000, "{accepted} accepted, {refused} refused: the mutations are too tame or too wild");
+}
+
+#[test]
+fn corpus_of_the_fuzz_target_never_panics() {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/scene");
+    let mut count = 0;
+    for entry in fs::read_dir(corpus).unwrap() {
+        let path = entry.unwrap().path();
+        let valid = scene::parse_bytes(&fs::read(&path).unwrap(), "corpus", Path::new("")).is_ok();
+        let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        assert_eq!(valid, name.starts_with("valid"), "{name}");
+        count += 1;
+    }
+    assert!(count >= 12, "{count}");
 }

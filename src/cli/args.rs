@@ -1,12 +1,11 @@
 //! Values of flags: how one word of the command line becomes a number, a size or a setting.
 
-/// Largest image side, in pixels: the texture limit of common GPUs.
-pub const MAX_SIDE_PX: u32 = 16_384;
+use crate::scene::{MAX_IMAGE_PX, MAX_TIME_S};
 
 /// Most threads that can be asked for.
 pub const MAX_THREADS: u16 = 1024;
 
-/// Width and height of the image, in pixels, each in `1..=MAX_SIDE_PX`.
+/// Width and height of the image, in pixels, each in `1..=MAX_IMAGE_PX`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageSize {
     /// Width in pixels.
@@ -26,10 +25,10 @@ pub struct Setting {
 
 /// `WxH`, such as `1280x720`.
 pub fn image_size(text: &str) -> Result<ImageSize, String> {
-    let side = |text: &str| text.parse().ok().filter(|side| (1..=MAX_SIDE_PX).contains(side));
+    let side = |text: &str| text.parse().ok().filter(|side| (1..=MAX_IMAGE_PX).contains(side));
     match text.split_once('x').map(|(width, height)| (side(width), side(height))) {
         Some((Some(width), Some(height))) => Ok(ImageSize { width, height }),
-        _ => Err(format!("expected WIDTHxHEIGHT in pixels, each 1 to {MAX_SIDE_PX}, such as 1280x720")),
+        _ => Err(format!("expected WIDTHxHEIGHT in pixels, each 1 to {MAX_IMAGE_PX}, such as 1280x720")),
     }
 }
 
@@ -41,11 +40,11 @@ pub fn setting(text: &str) -> Result<Setting, String> {
     }
 }
 
-/// A finite number of seconds.
-pub fn seconds(text: &str) -> Result<f64, String> {
+/// A number of seconds that a scene can have.
+pub fn seconds(text: &str) -> Result<f32, String> {
     match text.parse() {
-        Ok(seconds) if f64::is_finite(seconds) => Ok(seconds),
-        _ => Err("expected a finite number of seconds".to_owned()),
+        Ok(seconds) if (0.0..=MAX_TIME_S).contains(&seconds) => Ok(seconds),
+        _ => Err(format!("expected a number of seconds, from 0 to {MAX_TIME_S}")),
     }
 }
 
@@ -81,9 +80,9 @@ mod tests {
     }
 
     #[test]
-    fn times_are_finite() {
-        assert_eq!(seconds("-2.5"), Ok(-2.5));
-        for text in ["", "nan", "inf", "-inf", "1s", "1e999"] {
+    fn times_are_numbers_in_range() {
+        assert_eq!((seconds("2.5"), seconds("86400")), (Ok(2.5), Ok(86400.0)));
+        for text in ["", "nan", "inf", "-1", "86401", "1s", "1e999"] {
             assert!(seconds(text).is_err(), "{text:?} was accepted");
         }
     }

@@ -53,8 +53,8 @@ struct SceneLine {
 pub fn run(low: &LowArgs) -> anyhow::Result<()> {
     match &low.what {
         What::Techniques => print(low, &renderer::techniques(), |line| [line.name, line.summary, line.paper]),
-        What::Scenes { folder } => print(low, &scenes(folder)?, |line| [&line.path, &line.summary]),
-        What::Settings => print(low, &renderer::settings(), |line| [&line.key, &line.default, &line.summary]),
+        What::Scenes { folder } => print(low, &scenes(folder)?, |line| [line.path.as_str(), line.summary.as_str()]),
+        What::Settings => print(low, &renderer::settings(), |line| [line.key, line.default, line.unit, line.doc, line.allowed]),
     }
 }
 

@@ -46,8 +46,8 @@ pub struct LowArgs {
     size: Option<ImageSize>,
 
     /// The moment shown, in seconds since the water was started [default: the scene's]
-    #[arg(long, value_name = "SECONDS", value_parser = args::seconds, allow_negative_numbers = true)]
-    time: Option<f64>,
+    #[arg(long, value_name = "SECONDS", value_parser = args::seconds, allow_hyphen_values = true)]
+    time: Option<f32>,
 
     /// Layers to render, separated by commas [default: all]
     #[arg(long, value_name = "NAME,..", value_delimiter = ',', value_parser = args::layer_name)]
@@ -77,6 +77,16 @@ pub enum Radiometry {
     Paper,
     /// Conserved: no light is made or lost
     Physical,
+}
+
+impl Radiometry {
+    /// The value as `--set` takes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Physical => "physical",
+        }
+    }
 }
 
 /// The table of layers, below the flags.
@@ -127,6 +137,9 @@ impl HiArgs {
                 );
             }
         }
+        // Nobody would see the other layers of a render that writes pictures only.
+        let pictures_only = outputs.iter().all(|output| output.format == Format::Png);
+        let layers = low.layers.or_else(|| pictures_only.then(|| vec![PICTURE_LAYER.to_owned()]));
         if let Some(name) = &low.technique {
             let known: Vec<_> = renderer::techniques().iter().map(|technique| technique.name).collect();
             ensure!(known.contains(&name.as_str()), "there is no technique `{name}`; the techniques are: {}", known.join(", "));
@@ -139,7 +152,7 @@ impl HiArgs {
                 size: low.size,
                 time_s: low.time,
                 settings: low.settings,
-                layers: low.layers,
+                layers,
                 memory_limit_bytes: u64::from(low.memory_limit) << 20,
             },
             outputs,
@@ -182,7 +195,7 @@ fn chosen_outputs(paths: Vec<PathBuf>) -> anyhow::Result<Vec<Output>> {
 #[derive(Serialize)]
 struct Report<'a> {
     scene: String,
-    technique: &'a str,
+    technique: &'static str,
     files: Vec<String>,
     layers: Vec<LayerReport<'a>>,
     threads: usize,
@@ -204,6 +217,7 @@ struct LayerReport<'a> {
 pub fn run(args: &HiArgs) -> anyhow::Result<()> {
     interrupt::install()?;
     let start = Instant::now();
+    let prepared = renderer::prepare(&args.request)?;
     if args.default_folder {
         fs::create_dir_all(DEFAULT_FOLDER).with_context(|| format!("cannot make the folder {DEFAULT_FOLDER}"))?;
     }
@@ -214,7 +228,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<()> {
     let progress = Progress::new(1 + args.outputs.len() as u64);
     let rendering = pool.install(|| -> anyhow::Result<Rendering> {
         progress.step(format!("rendering {}", args.request.scene.display()));
-        let rendering = renderer::render(&args.request)?;
+        let rendering = renderer::render(&args.request, &prepared)?;
         progress.done();
         for output in &args.outputs {
             progress.step(format!("writing {}", output.path.display()));
@@ -251,7 +265,7 @@ fn encode(rendering: &Rendering, output: &Output) -> anyhow::Result<Vec<u8>> {
 fn report<'a>(args: &HiArgs, rendering: &'a Rendering, threads: usize, seconds: f64) -> Report<'a> {
     Report {
         scene: args.request.scene.display().to_string(),
-        technique: &rendering.technique,
+        technique: rendering.technique,
         files: args.outputs.iter().map(|output| output.path.display().to_string()).collect(),
         layers: layer_reports(&rendering.layers),
         threads,
@@ -343,6 +357,12 @@ mod tests {
         let args = resolve(&["a.ron", "--layers", "depth,normal", "-o", "b.exr"]).unwrap();
         assert_eq!(args.request.layers, Some(vec!["depth".to_owned(), "normal".to_owned()]));
         assert!(resolve(&["a.ron", "--layers", "color"]).is_ok());
+    }
+
+    #[test]
+    fn pictures_need_no_other_layer() {
+        assert_eq!(resolve(&["a.ron", "-o", "b.png"]).unwrap().request.layers, Some(vec!["color".to_owned()]));
+        assert_eq!(resolve(&["a.ron", "-o", "b.png", "-o", "b.exr"]).unwrap().request.layers, None);
     }
 
     #[test]

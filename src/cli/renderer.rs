@@ -2,25 +2,28 @@
 
 use std::path::PathBuf;
 
+use anyhow::Context as _;
+use serde::Serialize;
+
 use crate::caustics::{self, RenderOptions, Renderer};
 use crate::cli::args::{ImageSize, Setting};
 use crate::cli::render::Radiometry;
 use crate::image::{LayerSet, ToneMap};
-use crate::scene;
+use crate::scene::{self, SETTINGS, Scene};
 
 /// What to render, all flags resolved.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// The scene file.
     pub scene: PathBuf,
-    /// Name of the technique; `None` for the first of the table.
+    /// Name of the technique, one of [`techniques`]; `None` for the first.
     pub technique: Option<String>,
     /// Overrides the scene's choice.
     pub radiometry: Option<Radiometry>,
     /// Overrides the scene's image size.
     pub size: Option<ImageSize>,
     /// Overrides the scene's time, in seconds.
-    pub time_s: Option<f64>,
+    pub time_s: Option<f32>,
     /// Further overrides, applied last and in order.
     pub settings: Vec<Setting>,
     /// Names of the layers to return; `None` for all.
@@ -33,7 +36,7 @@ pub struct Request {
 #[derive(Debug)]
 pub struct Rendering {
     /// Name of the technique that was used.
-    pub technique: String,
+    pub technique: &'static str,
     /// The layers asked for.
     pub layers: LayerSet,
     /// How the layer `color` is to be shown.
@@ -45,8 +48,8 @@ pub struct Rendering {
 }
 
 /// One line of `list techniques`.
-#[derive(Debug, serde::Serialize)]
-pub struct Technique {
+#[derive(Debug, Serialize)]
+pub struct TechniqueLine {
     /// Name on the command line.
     pub name: &'static str,
     /// What it does, in one line.
@@ -56,62 +59,88 @@ pub struct Technique {
 }
 
 /// One line of `list settings`.
-#[derive(Debug, serde::Serialize)]
+#[derive(Debug, Serialize)]
 pub struct SettingLine {
     /// The key for `--set`.
-    pub key: String,
-    /// The default value, as a scene file would write it.
-    pub default: String,
-    /// Meaning, unit and range.
-    pub summary: String,
+    pub key: &'static str,
+    /// The value of a scene that does not mention it.
+    pub default: &'static str,
+    /// Unit of the value.
+    pub unit: &'static str,
+    /// The values allowed.
+    pub allowed: &'static str,
+    /// What it sets.
+    pub doc: &'static str,
 }
 
-/// All techniques, in the order of their table.
-pub fn techniques() -> Vec<Technique> {
-    let line = |t: &&dyn caustics::Technique| Technique { name: t.name(), summary: t.summary(), paper: t.paper() };
+/// All techniques, in the order of their table; the first is the default.
+pub fn techniques() -> Vec<TechniqueLine> {
+    let line = |technique: &&dyn caustics::Technique| TechniqueLine {
+        name: technique.name(),
+        summary: technique.summary(),
+        paper: technique.paper(),
+    };
     caustics::TECHNIQUES.iter().map(line).collect()
 }
 
-/// All keys that `--set` knows.
+/// All keys that `--set` knows, in the order of their table.
 pub fn settings() -> Vec<SettingLine> {
-    scene::SETTINGS
-        .iter()
-        .map(|s| SettingLine { key: s.key.to_owned(), default: s.default.to_owned(), summary: format!("{} ({})", s.doc, s.allowed) })
-        .collect()
+    let line = |setting: &scene::Setting| SettingLine {
+        key: setting.key,
+        default: setting.default,
+        unit: setting.unit,
+        allowed: setting.allowed,
+        doc: setting.doc,
+    };
+    SETTINGS.iter().map(line).collect()
 }
 
-/// Loads the scene, applies the overrides and renders.
-pub fn render(request: &Request) -> anyhow::Result<Rendering> {
+/// A scene that is ready to be rendered.
+#[derive(Debug)]
+pub struct Prepared {
+    technique: &'static str,
+    scene: Scene,
+}
+
+/// Finds the technique, loads the scene and applies the overrides: flags first, then `--set` in the order given, so that the last word wins.
+pub fn prepare(request: &Request) -> anyhow::Result<Prepared> {
+    let technique = match &request.technique {
+        Some(name) => caustics::technique(name)?.name(),
+        None => caustics::TECHNIQUES.first().context("no technique is built in")?.name(),
+    };
     let mut scene = scene::load(&request.scene)?;
-    if let Some(size) = request.size {
-        scene.set("image.width", &size.width.to_string())?;
-        scene.set("image.height", &size.height.to_string())?;
+    if let Some(radiometry) = request.radiometry {
+        scene.set(&format!("{technique}.radiometry"), radiometry.name()).context("cannot apply --radiometry")?;
+    }
+    if let Some(ImageSize { width, height }) = request.size {
+        scene.set("image.width", &width.to_string()).context("cannot apply --size")?;
+        scene.set("image.height", &height.to_string()).context("cannot apply --size")?;
     }
     if let Some(time_s) = request.time_s {
-        scene.set("time_s", &time_s.to_string())?;
+        scene.set("time_s", &time_s.to_string()).context("cannot apply --time")?;
     }
-    if let Some(radiometry) = request.radiometry {
-        let value = match radiometry {
-            Radiometry::Paper => "paper",
-            Radiometry::Physical => "physical",
-        };
-        scene.set("caustic_volumes.radiometry", value)?;
+    for Setting { key, value } in &request.settings {
+        scene.set(key, value).context("cannot apply --set")?;
     }
-    for setting in &request.settings {
-        scene.set(&setting.key, &setting.value)?;
-    }
-    let mut options =
-        RenderOptions { memory_limit_bytes: request.memory_limit_bytes, layers: request.layers.clone(), ..RenderOptions::default() };
-    options.device.threads = Some(rayon::current_num_threads());
-    if let Some(technique) = &request.technique {
-        options.technique.clone_from(technique);
-    }
-    let rendered = Renderer::new(&scene, &options)?.render(&scene, None)?;
-    let tone = ToneMap {
-        exposure: scene.tone.exposure(),
-        shoulder: scene.tone.shoulder,
-        white: scene.tone.white,
-        desaturation: scene.tone.desaturation,
+    Ok(Prepared { technique, scene })
+}
+
+/// Renders, with as many threads as the current rayon pool has.
+pub fn render(request: &Request, prepared: &Prepared) -> anyhow::Result<Rendering> {
+    let Prepared { technique, scene } = prepared;
+    let mut options = RenderOptions {
+        technique: (*technique).to_owned(),
+        memory_limit_bytes: request.memory_limit_bytes,
+        layers: request.layers.clone(),
+        ..RenderOptions::default()
     };
-    Ok(Rendering { technique: options.technique, layers: rendered.layers, tone, counters: rendered.counters, audit: rendered.audit })
+    options.device.threads = Some(rayon::current_num_threads());
+    let rendered = Renderer::new(scene, &options)?.render(scene, None)?;
+    Ok(Rendering { technique, layers: rendered.layers, tone: tone_map(scene), counters: rendered.counters, audit: rendered.audit })
+}
+
+/// How the scene wants its picture shown.
+fn tone_map(scene: &Scene) -> ToneMap {
+    let tone = &scene.tone;
+    ToneMap { exposure: tone.exposure(), shoulder: tone.shoulder, white: tone.white, desaturation: tone.desaturation }
 }

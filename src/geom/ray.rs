@@ -74,9 +74,7 @@ impl Ray {
         let t_closest = to_center.dot(self.direction) / dd;
         let miss = to_center - self.direction * t_closest;
         let quarter = (radius_m * radius_m - miss.length_squared()) / dd;
-        if !(quarter >= 0.0) {
-            return None;
-        }
+        // NaN where it is missed or the direction is zero: every comparison below fails.
         let half = quarter.sqrt();
         (t_closest + half >= 0.0).then(|| ((t_closest - half).max(0.0), t_closest + half))
     }

@@ -74,14 +74,13 @@ fn is_convex(flat: &[Vec2]) -> bool {
 /// Whether the corner turns left and no other corner of the ring lies in its triangle.
 fn is_ear(flat: &[Vec2], ring: &[usize], corner: [usize; 3]) -> bool {
     let [a, b, c] = corner.map(|i| flat[i]);
-    if !(area2(a, b, c) > 0.0) {
-        return false;
-    }
-    ring.iter().filter(|i| !corner.contains(i)).all(|&i| {
-        let p = flat[i];
-        // A corner that repeats one of the three (a bridge to a hole) does not block the ear.
-        p == a || p == b || p == c || area2(a, b, p) < 0.0 || area2(b, c, p) < 0.0 || area2(c, a, p) < 0.0
-    })
+    let turns_left = area2(a, b, c) > 0.0;
+    turns_left
+        && ring.iter().filter(|i| !corner.contains(i)).all(|&i| {
+            let p = flat[i];
+            // A corner that repeats one of the three (a bridge to a hole) does not block the ear.
+            p == a || p == b || p == c || area2(a, b, p) < 0.0 || area2(b, c, p) < 0.0 || area2(c, a, p) < 0.0
+        })
 }
 
 #[cfg(test)]

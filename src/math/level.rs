@@ -7,7 +7,8 @@ use fearless_simd::{Level, Simd, dispatch};
 
 /// Every level this machine can run, scalar first and the fastest last.
 ///
-/// At least two entries on any target with SIMD: [`Level::fallback`], which is plain scalar code, is always included.
+/// At least two entries on any target with SIMD: [`Level::fallback`], which is plain scalar code, is always included. A build with `target-cpu`
+/// set has fewer, because the compiler then never goes below that processor.
 #[must_use]
 pub fn available_levels() -> Vec<(&'static str, Level)> {
     let best = Level::new();
@@ -23,7 +24,10 @@ pub fn available_levels() -> Vec<(&'static str, Level)> {
     if !best.is_fallback() {
         levels.push(best);
     }
-    levels.into_iter().map(|level| (level_name(level), level)).collect()
+    let mut named: Vec<_> = levels.into_iter().map(|level| (level_name(level), level)).collect();
+    // A build for one particular processor runs the levels below its own as its own: each is listed once.
+    named.dedup_by_key(|(name, _)| *name);
+    named
 }
 
 /// Name of a level in lower case: `scalar`, `sse2`, `sse4.2`, `avx2`, `avx512`, `neon` or `simd128`.
@@ -47,6 +51,39 @@ fn name_of<S: Simd>(_simd: S) -> &'static str {
         _ => "unknown",
     }
 }
+
+/// The token of the least level that every x86-64 processor has.
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+#[must_use]
+pub fn baseline() -> impl Simd {
+    Level::baseline().as_sse2().unwrap_or_else(|| unreachable!("every x86-64 processor has SSE2"))
+}
+
+/// Runs large generic code at a level, with fewer copies of it than [`dispatch!`] makes: AVX-512, AVX2 and the target's baseline.
+///
+/// `wide_dispatch!(level, simd => wide, narrow)`: `wide` is evaluated with a token where the level has vectors of 8 or more
+/// lanes, else `narrow`, which may name `simd` again (the baseline's token) or be scalar. Shaders and the tile loop are
+/// large, every copy costs build time, and SSE4.2 gains little over SSE2 there. Results do not depend on it.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! wide_dispatch {
+    ($level:expr, $simd:ident => $wide:expr, $narrow:expr) => {{
+        let level: fearless_simd::Level = $level;
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        {
+            if let Some($simd) = level.as_avx512() {
+                $wide
+            } else if let Some($simd) = level.as_avx2() {
+                $wide
+            } else {
+                $narrow
+            }
+        }
+        #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+        fearless_simd::dispatch!(level, $simd => $wide)
+    }};
+}
+pub use wide_dispatch;
 
 #[cfg(test)]
 mod tests {

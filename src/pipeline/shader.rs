@@ -6,10 +6,11 @@
 
 use std::sync::Arc;
 
-use fearless_simd::{Level, Simd, dispatch, f32x16};
+use fearless_simd::{Level, Simd, f32x16};
 use fearless_simd_macros::simd;
 
 use crate::math::lanes::{Lanes, Mask};
+use crate::math::level::wide_dispatch;
 use crate::math::vector::{V2, V3, V4, v2, v3, v4};
 
 use super::bindings::{BindingKind, Bindings};
@@ -389,7 +390,11 @@ impl<T: VertexShader> VertexStage for T {
     fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut VertexBatch<'_>) {
         match execution.width {
             ShaderWidth::One => vertex_groups::<f32, T>((), self, bindings, batch),
-            ShaderWidth::Sixteen => dispatch!(execution.level, simd => vertex_batch16(simd, self, bindings, batch)),
+            ShaderWidth::Sixteen => wide_dispatch!(
+                execution.level,
+                simd => vertex_batch16(simd, self, bindings, batch),
+                vertex_groups::<f32, T>((), self, bindings, batch)
+            ),
         }
     }
 }
@@ -494,7 +499,11 @@ impl<T: FragmentShader> FragmentStage for T {
     fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>) {
         match execution.width {
             ShaderWidth::One => fragment_pixels(self, bindings, batch),
-            ShaderWidth::Sixteen => dispatch!(execution.level, simd => fragment_blocks(simd, self, bindings, batch)),
+            ShaderWidth::Sixteen => wide_dispatch!(
+                execution.level,
+                simd => fragment_blocks(simd, self, bindings, batch),
+                fragment_pixels(self, bindings, batch)
+            ),
         }
     }
     fn primitive_color(&self, bindings: &Bindings<'_>, source: &ShadeSource<'_>, primitive: u32) -> [[f32; 4]; MAX_COLOR_TARGETS] {

@@ -3,10 +3,11 @@
 //! The general path tests depth and stencil block by block, queues the survivors, shades the queue in one call and
 //! blends it in order. Draws that only count, fill depth or add a constant colour skip the queue (`fast_path.rs`).
 
-use fearless_simd::{Simd, SimdFrom, SimdMask, dispatch, f32x16, i32x16, mask32x16};
+use fearless_simd::{Simd, SimdFrom, SimdMask, f32x16, i32x16, mask32x16};
 use fearless_simd_macros::simd;
 
 use crate::math::lanes::{Lanes, lanes_from_i32};
+use crate::math::level::{baseline, wide_dispatch};
 
 use super::bins::{Record, flag};
 use super::chunk::ChunkOutput;
@@ -83,7 +84,11 @@ pub(super) fn run_tile(
     let mut counters = TileCounters::default();
     let level = context.execution.level;
     let observer = reborrow(&mut observer);
-    dispatch!(level, simd => tile_chunks(simd, context, tile, origin, targets, chunks, scratch, &mut counters, observer));
+    wide_dispatch!(
+        level,
+        simd => tile_chunks(simd, context, tile, origin, targets, chunks, scratch, &mut counters, observer),
+        tile_chunks(baseline(), context, tile, origin, targets, chunks, scratch, &mut counters, observer)
+    );
     counters
 }
 

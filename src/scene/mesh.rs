@@ -2,13 +2,15 @@
 
 use std::path::Path as FilePath;
 
+use crate::geom::Mesh;
+use crate::geom::shapes::ShapeError;
+
 use super::check::At;
 use super::description::Scene;
 use super::load::SceneError;
+use super::mesh_file::{MeshFileError, MeshLimits, read_mesh};
 use super::object::Object;
 use super::shape::Shape;
-use crate::geom::Mesh;
-use crate::geom::shapes::ShapeError;
 
 /// Why an object has no mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -16,19 +18,18 @@ pub enum ObjectError {
     /// A field of the procedural shape is out of its range.
     #[error(transparent)]
     Shape(#[from] ShapeError),
-    /// The mesh file could not be read; the message names it, and the line or byte where it has one.
-    #[error("{0}")]
-    File(String),
+    /// The mesh file could not be read; the message names it, and the place in it.
+    #[error(transparent)]
+    File(#[from] MeshFileError),
 }
 
 impl Object {
     /// The object's mesh in object space: built, or read from its file below `base_dir`.
     pub fn mesh(&self, base_dir: &FilePath) -> Result<Mesh, ObjectError> {
-        match (&self.shape, self.shape.build()) {
-            (_, Some(built)) => Ok(built?),
-            (Shape::Mesh(path), None) => Err(ObjectError::File(format!("{}", base_dir.join(path).display()))),
-            (_, None) => Ok(Mesh::default()),
+        if let Shape::Mesh(path) = &self.shape {
+            return Ok(read_mesh(&base_dir.join(path), &MeshLimits::default())?);
         }
+        Ok(self.shape.build().transpose()?.unwrap_or_default())
     }
 }
 

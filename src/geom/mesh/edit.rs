@@ -82,10 +82,8 @@ impl Mesh {
             return;
         }
         let mut new_index = vec![0; used.len()];
-        let mut count = 0;
-        for (new, _) in new_index.iter_mut().zip(&used).filter(|(_, used)| **used) {
-            *new = count;
-            count += 1;
+        for (count, (new, _)) in new_index.iter_mut().zip(&used).filter(|(_, used)| **used).enumerate() {
+            *new = count as u32;
         }
         let keep = |i: &mut std::slice::Iter<'_, bool>| *i.next().unwrap_or(&false);
         let (mut a, mut b, mut c) = (used.iter(), used.iter(), used.iter());

@@ -194,6 +194,40 @@ fn shapes_read_from_text_with_defaults() {
     assert!(read("Torus(radius: 2.0)").unwrap_err().to_string().contains("radius"));
 }
 
+/// Hash of all bits of a mesh (FNV-1a).
+fn hash(mesh: &Mesh) -> u64 {
+    let vectors = mesh.positions.iter().chain(&mesh.normals).flat_map(|v| v.to_array());
+    let floats = vectors.chain(mesh.uvs.iter().flat_map(|uv| uv.to_array())).map(f32::to_bits);
+    floats
+        .chain(mesh.indices.iter().copied())
+        .fold(0xcbf2_9ce4_8422_2325, |h, bits| (h ^ u64::from(bits)).wrapping_mul(0x0000_0100_0000_01b3))
+}
+
+/// The same bits in every build and on every machine: change these numbers only with the shapes.
+#[test]
+fn shapes_are_pinned() {
+    let hashes: Vec<u64> = Shape::catalogue().iter().map(|shape| hash(&shape.mesh().unwrap())).collect();
+    let pinned: [u64; 16] = [
+        0x595c_5805_694e_0305,
+        0xe8db_b20b_170b_ed0c,
+        0x4d2f_b29d_dd45_4938,
+        0xfde8_85e0_7600_9039,
+        0x7327_b8b5_124a_df6e,
+        0xeaa4_5d40_b2f0_c10a,
+        0xb118_b22c_b56f_1e9f,
+        0x6203_038e_dde7_5692,
+        0x8f28_c37f_e5ad_cfe1,
+        0xcf8e_5785_ea5c_c4bc,
+        0x4efc_0fc3_24d0_1c6f,
+        0xcc7e_4b83_7f73_b199,
+        0x7072_18cb_c33a_dce3,
+        0x6ea1_4f1e_ec14_3080,
+        0x8894_6880_2be7_29a4,
+        0xcedb_1545_ce8e_a227,
+    ];
+    assert_eq!(hashes, pinned);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, rng_seed: proptest::test_runner::RngSeed::Fixed(7), failure_persistence: None, ..ProptestConfig::default() })]
 

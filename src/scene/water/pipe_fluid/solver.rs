@@ -413,7 +413,7 @@ impl PipeFluid {
         }
     }
 
-    /// Scales what leaves a column that does not hold enough for the whole step [OH95 §3].
+    /// Scales what leaves a column that does not hold enough for the whole step, as O'Brien & Hodgins do.
     fn limit_outflows(&mut self) {
         let stride = self.grid.stride();
         let Flows { east, south, south_east, south_west } = &self.flows;

@@ -8,7 +8,7 @@ use super::super::error::{WaterError, require, within};
 use super::solver::Grid;
 use crate::math::rng::uniform3;
 
-/// When and how water leaves the surface as spray [OH95 §5, partially: particles do not interact].
+/// When and how water leaves the surface as spray, after O'Brien & Hodgins.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpraySettings {
