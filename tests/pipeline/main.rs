@@ -3,8 +3,10 @@
 //!
 //! Every comparison helper has a test in which it must fail (`negative.rs`, or beside the helper).
 
+mod blending;
 mod common;
 mod coverage;
+mod depth_stencil;
 mod meshes;
 mod order;
 mod presets;
