@@ -13,5 +13,7 @@ mod meshes;
 mod order;
 mod presets;
 mod reference;
+mod sprites;
+mod stages;
 mod textures;
 mod volumes;
