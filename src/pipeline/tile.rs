@@ -51,7 +51,7 @@ pub(super) struct TileContext<'a> {
 /// A worker's buffers.
 pub(super) struct TileScratch {
     items: Vec<ShadeItem>,
-    /// Depth as shaders see it, before it is rounded to what the target stores.
+    /// Depth as shaders see it, before it is clamped and rounded to what the target stores.
     z: Vec<[f32; 16]>,
     /// Whether the item faces away.
     facing: Vec<bool>,
@@ -277,11 +277,7 @@ impl<'a> TileWorker<'a, '_> {
             mask = kept;
         }
         if pipeline.fragment.late_tests {
-            let mut z = <f32x16<S> as Lanes>::load(simd, &self.scratch.z[i]);
-            if pipeline.desc.program.writes_depth {
-                z = clamp_depth(z, draw);
-                Lanes::store(z, &mut self.scratch.z[i]);
-            }
+            let z = clamp_depth(<f32x16<S> as Lanes>::load(simd, &self.scratch.z[i]), draw);
             mask = self.test_block(simd, draw, item, i, quantized(z, pipeline), self.scratch.facing[i], mask);
         }
         let passed = u64::from(mask.count_ones());
@@ -388,7 +384,7 @@ impl<'a> TileWorker<'a, '_> {
                 primitive_id,
                 x: item.x + (lane as u32 & 3),
                 y: item.y + (lane as u32 >> 2),
-                depth: depth_value(kind, quantize_depth(kind, z[lane])),
+                depth: depth_value(kind, quantize_depth(kind, clamp_depth(z[lane], draw))),
                 outcome,
                 stencil_before: self.stencil_before[lane],
                 stencil_after: stencil_after[lane],
@@ -412,7 +408,7 @@ pub(super) fn stencil_face(draw: &Draw<'_>, state: StencilFaceState) -> StencilF
 
 /// To the viewport's depth range; not-a-number becomes the nearer end.
 #[inline(always)]
-fn clamp_depth<S: Simd>(z: f32x16<S>, draw: &Draw<'_>) -> f32x16<S> {
+fn clamp_depth<L: Lanes>(z: L, draw: &Draw<'_>) -> L {
     let (a, b) = (draw.viewport.min_depth, draw.viewport.max_depth);
     Lanes::clamp(z, a.min(b), a.max(b))
 }
@@ -451,21 +447,31 @@ impl<S: Simd> BlockDepth<S> {
         Self { x: lane(LANE_X, 0), y: lane(LANE_Y, 1), plane: record.z, rule: draw.pipeline.rules.depth_plane, clamp }
     }
 
-    /// Depth of the block at pixel (bx, by) of the tile, clamped.
+    /// Depth of the block at pixel (bx, by) of the tile, clamped: what is tested.
     #[inline(always)]
     pub fn at(&self, bx: i32, by: i32) -> f32x16<S> {
+        self.clamped(self.interpolated(bx, by))
+    }
+
+    #[inline(always)]
+    fn clamped(&self, z: f32x16<S>) -> f32x16<S> {
+        match self.clamp {
+            Some((low, high)) => Lanes::clamp(z, low, high),
+            None => z,
+        }
+    }
+
+    /// Depth before the clamp: what shaders see [WebGPU: fragments of unclipped primitives].
+    #[inline(always)]
+    fn interpolated(&self, bx: i32, by: i32) -> f32x16<S> {
         let [base, dx, dy] = self.plane;
         let (x, y) = (self.x + bx as f32, self.y + by as f32);
-        let z = match self.rule {
+        match self.rule {
             DepthPlane::Reference | DepthPlane::SwiftShader => (y * dy + base) + x * dx,
             DepthPlane::LlvmpipeMulAdd => (x * dx + base) + y * dy,
             DepthPlane::LlvmpipeFused => {
                 <f32x16<S> as Lanes>::from_fn(Lanes::token(x), |i| dy.mul_add(y.lane(i), dx.mul_add(x.lane(i), base)))
             }
-        };
-        match self.clamp {
-            Some((low, high)) => Lanes::clamp(z, low, high),
-            None => z,
         }
     }
 }
@@ -482,7 +488,7 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
         let worker = &mut *self.worker;
         let draw = &worker.context.draws[record.draw as usize];
         let pipeline = draw.pipeline;
-        let z = self.depth.at(bx, by);
+        let z = self.depth.interpolated(bx, by);
         let late = pipeline.fragment.late_tests;
         let item = ShadeItem {
             x: (worker.origin[0] + bx) as u32,
@@ -501,7 +507,7 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
         }
         if !late {
             let slot = worker.scratch.items.len();
-            covered = worker.test_block(simd, draw, item, slot, quantized(z, pipeline), back, covered);
+            covered = worker.test_block(simd, draw, item, slot, quantized(self.depth.clamped(z), pipeline), back, covered);
         }
         if covered == 0 {
             worker.scratch.z.pop();

@@ -5,4 +5,8 @@
 
 mod common;
 mod coverage;
+mod meshes;
+mod order;
+mod presets;
 mod reference;
+mod volumes;
