@@ -10,16 +10,14 @@ use nephroid::math::lanes::Lanes;
 use nephroid::math::level::level_name;
 use nephroid::math::rng::uniform3;
 use nephroid::math::vector::v4;
-use nephroid::pipeline::shader::{
-    FragmentInput, FragmentOutput, FragmentShader, Program, VertexInput, VertexOutput, VertexShader,
-};
+use nephroid::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Program, VertexInput, VertexOutput, VertexShader};
 use nephroid::pipeline::state::{
-    BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState,
-    PrimitiveState, PrimitiveTopology, RasterRules, StencilFaceState, StencilOperation, StencilState, TextureFormat,
+    BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState,
+    DepthStencilState, PrimitiveState, PrimitiveTopology, RasterRules, StencilFaceState, StencilOperation, StencilState, TextureFormat,
 };
 use nephroid::pipeline::{
-    Binding, BindingKind, Bindings, Buffer, ColorAttachment, DepthStencilAttachment, Device, DeviceOptions, Draw, LoadOp, Pass, RenderPipeline,
-    RenderPipelineDescriptor, Texture, TextureDescriptor, run_pass,
+    Binding, BindingKind, Bindings, Buffer, ColorAttachment, DepthStencilAttachment, Device, DeviceOptions, Draw, LoadOp, Pass,
+    RenderPipeline, RenderPipelineDescriptor, Texture, TextureDescriptor, run_pass,
 };
 
 const SIZE: (u32, u32) = (1024, 768);
@@ -27,6 +25,7 @@ const FRAMES: usize = 12;
 
 struct Clip;
 impl VertexShader for Clip {
+    #[inline(always)]
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
         let vertices: &[[f32; 4]] = bindings.storage(0);
         let axis = |a: usize| input.per_vertex(|i| vertices[i as usize][a]);
@@ -38,6 +37,7 @@ impl VertexShader for Clip {
 struct Constant;
 impl FragmentShader for Constant {
     const PER_PRIMITIVE: bool = true;
+    #[inline(always)]
     fn fragment<L: Lanes>(&self, _bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let c = L::splat(input.token, 1.0 / 256.0);
         output.color[0] = v4(c, c, c, c);
@@ -133,12 +133,17 @@ impl Bench {
                     depth_load: LoadOp::Clear(1.0),
                     stencil_load: LoadOp::Clear(0),
                 }),
-                draws: (0..draws).map(|d| Draw::new(&pipeline, Bindings::new(&entries, 0), d * elements..(d + 1) * elements, SIZE)).collect(),
+                draws: (0..draws)
+                    .map(|d| Draw::new(&pipeline, Bindings::new(&entries, 0), d * elements..(d + 1) * elements, SIZE))
+                    .collect(),
                 ..Pass::default()
             };
             if mode != Mode::Stencil {
-                pass.color =
-                    vec![Some(ColorAttachment { surface: self.color.surface_mut(0, 0), format: TextureFormat::R32Float, load: LoadOp::Clear(clear) })];
+                pass.color = vec![Some(ColorAttachment {
+                    surface: self.color.surface_mut(0, 0),
+                    format: TextureFormat::R32Float,
+                    load: LoadOp::Clear(clear),
+                })];
             }
             run_pass(&self.device, &mut pass, None).expect("the pass is valid");
             times.push(start.elapsed().as_secs_f64());
@@ -157,7 +162,11 @@ fn microbenchmarks() {
     println!("{} threads, {level}, {}x{}, medians of {FRAMES} frames\n", bench.device.threads(), SIZE.0, SIZE.1);
     println!("| what | rate | frame |\n|---|---|---|");
     let large = vertices(20_000, 2000.0, 3);
-    for (name, mode) in [("additive f32 fill", Mode::Add), ("additive f32 fill, depth test and write", Mode::AddDepth), ("stencil increments", Mode::Stencil)] {
+    for (name, mode) in [
+        ("additive f32 fill", Mode::Add),
+        ("additive f32 fill, depth test and write", Mode::AddDepth),
+        ("stencil increments", Mode::Stencil),
+    ] {
         let seconds = bench.time(mode, PrimitiveTopology::TriangleList, &large, 1, 60_000);
         row(name, format!("{:.2} Gpix/s", 20_000.0 * 2000.0 / seconds / 1.0e9), seconds);
     }
@@ -179,7 +188,8 @@ fn paper_frames() {
         let mut scene = nephroid::scene::load(std::path::Path::new("scenes/pots.ron")).expect("a shipped scene");
         scene.image.width = size;
         scene.image.height = size;
-        scene.techniques.caustic_volumes = nephroid::scene::CausticVolumes { grid: Some((grid, grid)), ..nephroid::scene::CausticVolumes::PAPER };
+        scene.techniques.caustic_volumes =
+            nephroid::scene::CausticVolumes { grid: Some((grid, grid)), ..nephroid::scene::CausticVolumes::PAPER };
         let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("a renderer");
         let mut times = Vec::new();
         for frame in 0..FRAMES + 4 {

@@ -12,7 +12,8 @@ const ANGLES_DEG: [f32; 5] = [0.0, 30.0, 45.0, 60.0, 75.0];
 const T1_BOUND: f64 = 1.0e-4;
 
 fn scene(name: &str) -> Scene {
-    nephroid::scene::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/analytic").join(name).as_path()).expect("a shipped scene loads")
+    nephroid::scene::load(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/analytic").join(name).as_path())
+        .expect("a shipped scene loads")
 }
 
 /// Red caustic irradiance, rows top down.

@@ -64,7 +64,10 @@ fn both_files_are_written_to_out_by_default() {
     let folder = folder();
     let text = succeed(folder.path(), &["small.ron", "--size", "64x48"]);
     assert_eq!(files(folder.path()), ["out/small.exr", "out/small.png", "small.ron"]);
-    assert!(text.starts_with("small.ron: ") && text.contains("64x48") && text.contains("out/small.png") && text.contains("energy"), "{text}");
+    assert!(
+        text.starts_with("small.ron: ") && text.contains("64x48") && text.contains("out/small.png") && text.contains("energy"),
+        "{text}"
+    );
 
     let layers = image::read(&folder.path().join("out/small.exr")).expect("the EXR is valid");
     assert!(layers.names().eq(STANDARD_LAYERS.iter().map(|layer| layer.name)));
@@ -88,7 +91,9 @@ fn json_tells_files_layers_energy_and_counters() {
     assert_eq!(report["layers"][0], serde_json::json!({ "name": "color", "width": 32, "height": 24, "channels": 3 }));
     assert_eq!(report["threads"], 2);
     assert!(report["seconds"].as_f64().is_some_and(|seconds| seconds > 0.0));
-    assert!(report["counters"].as_object().is_some_and(|counters| !counters.is_empty() && counters.values().all(serde_json::Value::is_u64)));
+    assert!(
+        report["counters"].as_object().is_some_and(|counters| !counters.is_empty() && counters.values().all(serde_json::Value::is_u64))
+    );
     assert!(report["energy_w"].as_object().is_some_and(|energy| !energy.is_empty() && energy.values().all(serde_json::Value::is_f64)));
     assert_eq!(files(folder.path()), ["a.exr", "small.ron"]);
 }

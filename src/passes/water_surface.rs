@@ -84,6 +84,7 @@ fn through_water<L: Lanes>(environment: &EnvironmentUniform, radiance: V3<L>, di
 struct Background;
 
 impl FragmentShader for Background {
+    #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
         let environment: &EnvironmentUniform = bindings.uniform(1);
@@ -108,6 +109,7 @@ impl FragmentShader for Background {
 struct SurfaceVertex;
 
 impl VertexShader for SurfaceVertex {
+    #[inline(always)]
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
         let vertices: &[WaterVertex] = bindings.storage(4);
@@ -126,6 +128,7 @@ struct SurfaceFragment {
 }
 
 impl FragmentShader for SurfaceFragment {
+    #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
         let environment: &EnvironmentUniform = bindings.uniform(1);
