@@ -3,10 +3,17 @@
 //!
 //! Every comparison helper has a test in which it must fail (`negative.rs`, or beside the helper).
 
+mod blending;
 mod common;
 mod coverage;
+mod depth_stencil;
+mod drawing;
+mod fragments;
 mod meshes;
 mod order;
 mod presets;
 mod reference;
+mod sprites;
+mod stages;
+mod textures;
 mod volumes;
