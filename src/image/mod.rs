@@ -4,9 +4,9 @@
 //!
 //! - [`Image`] is one checked rectangle of anything, row-major, top row first.
 //! - [`Layer`] is one to four float planes under a name; [`LayerSet`] is what a render returns. [`STANDARD_LAYERS`] lists the names.
-//! - [`tone`] turns linear radiance into display codes; [`png`] and [`openexr`] encode and decode; [`file`] reads and writes whole files.
+//! - [`tone`] turns linear radiance into display codes; [`png`] and [`openexr`] encode and decode; [`mod@file`] reads and writes whole files.
 //!
-//! Everything here is a pure function of its arguments, except [`file`], which touches the file system. The same layers give the same
+//! Everything here is a pure function of its arguments, except [`mod@file`], which touches the file system. The same layers give the same
 //! bytes on any machine and on any number of threads: no time, no name of the machine, no unordered map goes into a file.
 //! What it does not do: pixel formats of the software GPU (they belong to its textures) and comparing images (metrics).
 

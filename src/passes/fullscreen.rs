@@ -12,6 +12,7 @@ pub const VERTICES: std::ops::Range<u32> = 0..3;
 pub struct FullscreenVertex;
 
 impl VertexShader for FullscreenVertex {
+    #[inline(always)]
     fn vertex<L: Lanes>(&self, _bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
         let x = input.per_vertex(|i| if i == 1 { 3.0 } else { -1.0 });
         let y = input.per_vertex(|i| if i == 2 { 3.0 } else { -1.0 });

@@ -62,6 +62,7 @@ pub fn program(material: &Material) -> Arc<Program> {
 struct Vertex;
 
 impl VertexShader for Vertex {
+    #[inline(always)]
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
         let vertices: &[ReceiverVertex] = bindings.storage(1);
@@ -80,6 +81,7 @@ struct Fragment {
 }
 
 impl FragmentShader for Fragment {
+    #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
         let position: V3<L> = input.varying3(0);

@@ -37,6 +37,7 @@ struct Fragment {
 }
 
 impl FragmentShader for Fragment {
+    #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
         let light: &LightUniform = bindings.uniform(1);
@@ -53,17 +54,18 @@ impl FragmentShader for Fragment {
         let mut direct = v3(zero, zero, zero);
         if !none(dry) {
             let incident = light.at(p);
+            let off = p + n * light.air_texel(p, bindings.texture(4).desc().width);
             let cos = Lanes::max(-n.dot(incident.direction), zero);
             let mut lit = one;
             if self.air_shadows {
-                let (uv, depth, inside) = light.through_air(p);
+                let (uv, depth, inside) = light.through_air(off);
                 lit = L::select(inside, sample_compare(bindings.texture(4), &sampler, uv, 0, depth), one);
             }
             direct = V3::select(dry, incident.irradiance * (cos * lit), direct);
         }
         let mut visibility = one;
         if self.water_shadows && !none(wet) {
-            let (uv, depth) = light.through_water(p);
+            let (uv, depth) = light.through_water(p + n * one.like(light.water_texel(bindings.texture(5).desc().width)));
             visibility = sample_compare(bindings.texture(5), &sampler, uv, 0, depth);
         }
         let visibility = L::select(wet, visibility, zero);

@@ -34,6 +34,7 @@ pub fn program() -> Arc<Program> {
 struct Fragment;
 
 impl FragmentShader for Fragment {
+    #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
         let environment: &EnvironmentUniform = bindings.uniform(1);

@@ -17,6 +17,9 @@ use crate::pipeline::{BindingKind, Bindings};
 
 use super::geometry_buffer::ReceiverVertex;
 
+/// Texels that a shadowed point is moved off its own surface before it is looked up.
+const SELF_SHADOW_TEXELS: f32 = 2.0;
+
 /// A light and its two maps.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -102,6 +105,22 @@ impl LightUniform {
         (uv, -(p_ws.y - self.water.y) / self.water.w)
     }
 
+    /// How far to step off a surface, along its normal, so that it does not shadow itself in a map of `size` texels: metres.
+    #[inline(always)]
+    pub fn water_texel(&self, size: u32) -> f32 {
+        SELF_SHADOW_TEXELS * self.entry.z.max(self.entry.w) / size as f32
+    }
+
+    /// The same for the map through air, at a point.
+    #[inline(always)]
+    pub fn air_texel<L: Lanes>(&self, p_ws: V3<L>, size: u32) -> L {
+        let c = self.clip_from_world.to_cols_array();
+        // Clip units per metre across the map; a perspective map spreads with distance.
+        let per_metre = (c[0] * c[0] + c[4] * c[4] + c[8] * c[8]).sqrt();
+        let w = p_ws.x * c[3] + p_ws.y * c[7] + p_ws.z * c[11] + c[15];
+        w * (SELF_SHADOW_TEXELS * 2.0 / (per_metre * size as f32))
+    }
+
     /// Texture coordinates and depth of a point in the map through air; lanes behind the light are out of the map.
     #[inline(always)]
     pub fn through_air<L: Lanes>(&self, p_ws: V3<L>) -> (V2<L>, L, L::Mask) {
@@ -138,6 +157,7 @@ fn fetch<L: Lanes>(bindings: &Bindings<'_>, input: &VertexInput<'_, L>) -> V3<L>
 struct AirVertex;
 
 impl VertexShader for AirVertex {
+    #[inline(always)]
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
         let light: &LightUniform = bindings.uniform(0);
         output.position = transform_point(&light.clip_from_world, fetch(bindings, input));
@@ -147,6 +167,7 @@ impl VertexShader for AirVertex {
 struct WaterVertex;
 
 impl VertexShader for WaterVertex {
+    #[inline(always)]
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
         let light: &LightUniform = bindings.uniform(0);
         let (uv, depth) = light.through_water(fetch(bindings, input));
@@ -158,6 +179,7 @@ impl VertexShader for WaterVertex {
 struct NoFragment;
 
 impl crate::pipeline::shader::FragmentShader for NoFragment {
+    #[inline(always)]
     fn fragment<L: Lanes>(
         &self,
         _bindings: &Bindings<'_>,

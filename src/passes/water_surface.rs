@@ -3,7 +3,7 @@
 //! The surface shows the shaded receivers, looked up in one of two ways:
 //! - *virtual plane*: at the place where the surface point, put on the mean water plane, projects to: the paper's fake refraction;
 //! - *Snell*: along the refracted ray of the eye, followed through the position texture by the fixed-point iteration of Shah,
-//!   Konttinen & Pattanaik 2007, `d ← |S − position(project(S + d·r))|`.
+//!   Konttinen & Pattanaik 2007, `d ← |S − position(project(S + d·r))|`, damped by half.
 //!
 //! In front of that stands the water's absorption and in-scattering along the way, and Fresnel's reflection of sky and sun.
 
@@ -12,7 +12,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
-use crate::math::lanes::{Lanes, Mask};
+use crate::math::lanes::Lanes;
 use crate::math::optics::{beer_lambert_rgb, fresnel_reflectance, reflect, refract};
 use crate::math::vector::{V2, V3, V4, transform_point, v2, v3, v4};
 use crate::pipeline::sampler::{AddressMode, Sampler, load, sample_level};
@@ -26,7 +26,7 @@ use super::environment::EnvironmentUniform;
 use super::fullscreen::FullscreenVertex;
 
 /// Steps of the search along a refracted ray.
-const SEARCH_STEPS: usize = 5;
+const SEARCH_STEPS: usize = 8;
 
 /// A vertex of the water surface.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -84,6 +84,7 @@ fn through_water<L: Lanes>(environment: &EnvironmentUniform, radiance: V3<L>, di
 struct Background;
 
 impl FragmentShader for Background {
+    #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
         let environment: &EnvironmentUniform = bindings.uniform(1);
@@ -108,6 +109,7 @@ impl FragmentShader for Background {
 struct SurfaceVertex;
 
 impl VertexShader for SurfaceVertex {
+    #[inline(always)]
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
         let vertices: &[WaterVertex] = bindings.storage(4);
@@ -126,6 +128,7 @@ struct SurfaceFragment {
 }
 
 impl FragmentShader for SurfaceFragment {
+    #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
         let environment: &EnvironmentUniform = bindings.uniform(1);
@@ -174,22 +177,27 @@ impl SurfaceFragment {
     #[inline(always)]
     fn follow<L: Lanes>(&self, bindings: &Bindings<'_>, camera: &CameraUniform, surface: V3<L>, ray: V3<L>) -> Seen<L> {
         let zero = surface.x.like(0.0);
-        // Start from what the plain ray would see.
+        // Start with what lies straight behind the surface, or a metre down where that is dry.
         let mut pixel = camera.pixel(transform_point(&camera.clip_from_world, surface));
-        let mut distance = zero;
-        let mut found = zero.gt(zero);
-        for _ in 0..SEARCH_STEPS {
+        let mut distance = Lanes::min(-(zero.like(1.0) / ray.y), zero.like(4.0));
+        let mut last_wet = pixel;
+        let mut ever_wet = zero.gt(zero);
+        for step in 0..SEARCH_STEPS {
             let at = position_at(bindings, pixel);
-            found = at.w.gt(zero);
-            let guess = (v3(at.x, at.y, at.z) - surface).length();
-            distance = L::select(found, guess, distance);
-            if !found.any() {
-                break;
-            }
+            let point = v3(at.x, at.y, at.z);
+            // What stands in the dry hides the water there; the ray goes on below it.
+            let wet = at.w.gt(zero) & camera.under_water(point);
+            last_wet = V2::select(wet, pixel, last_wet);
+            ever_wet = ever_wet | wet;
+            let guess = (point - surface).length();
+            // The plain iteration swings to and fro on walls seen edge-on; half a step does not.
+            let next = if step == 0 { guess } else { (guess + distance) * 0.5 };
+            distance = L::select(wet, next, distance);
             pixel = camera.pixel(camera.project(surface + ray * distance));
         }
-        let distance = L::select(found, distance, zero.like(1.0e4));
-        Seen { radiance: radiance_at(bindings, camera, pixel), distance }
+        // Where the search meets nothing wet, the water is taken to be deep.
+        let distance = L::select(ever_wet, distance, zero.like(1.0e4));
+        Seen { radiance: radiance_at(bindings, camera, last_wet), distance }
     }
 }
 

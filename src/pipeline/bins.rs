@@ -97,7 +97,7 @@ impl Prepared {
         let (x0, y0) = (tx * TILE as i32, ty * TILE as i32);
         let mut flags = self.flags;
         let mut c = [0; 3];
-        for i in 0..3 {
+        for (i, c) in c.iter_mut().enumerate() {
             let (a, b) = (i64::from(self.edges.a[i]), i64::from(self.edges.b[i]));
             let at_origin = self.edges.c[i] + a * i64::from(x0) + b * i64::from(y0);
             let span = TILE as i64 - 1;
@@ -109,7 +109,7 @@ impl Prepared {
             if low >= 0 {
                 flags |= 1 << i;
             } else {
-                c[i] = at_origin as i32;
+                *c = at_origin as i32;
             }
         }
         let clamp = |v: i32, origin: i32| (v - origin).clamp(0, TILE as i32 - 1) as u8;

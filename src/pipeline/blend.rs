@@ -42,6 +42,7 @@ impl TargetPlan {
     /// Blends a block's colours into a tile's planes. `source` is `[component][16]`, `source1` the second source of dual-source
     /// blending, `offset` the block's place in a plane.
     #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "a block is its place, mask, two sources and constant")]
     pub fn store<S: Simd>(
         &self,
         simd: S,

@@ -121,7 +121,7 @@ fn process_part(
     scratch.window.clear();
     for position in &scratch.positions {
         scratch.outcodes.push(view.outcode(*position));
-        scratch.window.push(view.to_window(*position, false));
+        scratch.window.push(view.window_vertex(*position, false));
     }
     let scalars = pipeline.interpolation.len();
     let varying_base = out.varyings.len() as u32;
@@ -395,7 +395,7 @@ impl Emitter<'_> {
             .iter()
             .map(|v| {
                 let original = v.original.map(|i| vertices[usize::from(i)]);
-                let window = original.map_or_else(|| self.view.to_window(v.position, true), |i| self.window[i as usize]);
+                let window = original.map_or_else(|| self.view.window_vertex(v.position, true), |i| self.window[i as usize]);
                 Corner { window, varyings: self.mixed_varyings(vertices, v.weights), clip: v.position }
             })
             .collect();
@@ -529,7 +529,7 @@ impl Emitter<'_> {
         let corner = self.corner(vertex);
         let w = corner.window;
         // Not-a-number becomes the least size.
-        let half = (size.max(1.0 / 128.0).min(MAX_POINT_SIZE) * HALF as f32).round_ties_even() as i32;
+        let half = (if size.is_nan() { 0.0 } else { size }.clamp(1.0 / 128.0, MAX_POINT_SIZE) * HALF as f32).round_ties_even() as i32;
         let at = Some([[w.fx, w.fy]; 3]);
         let Some(bounds) = pixel_bounds_half_open((w.fx - half, w.fy - half), (w.fx + half, w.fy + half), self.scissor) else {
             return self.report(id, at, PrimitiveOutcome::NoSamples);
@@ -583,7 +583,7 @@ impl Emitter<'_> {
             clipped.map(|v| match v.original {
                 Some(i) => self.corner(vertices[usize::from(i)]),
                 None => Corner {
-                    window: self.view.to_window(v.position, true),
+                    window: self.view.window_vertex(v.position, true),
                     varyings: self.mixed_varyings([vertices[0], vertices[1], vertices[1]], v.weights),
                     clip: v.position,
                 },
@@ -597,7 +597,8 @@ impl Emitter<'_> {
         let (p, q) = (position(&ends[0].window), position(&ends[1].window));
         let (dx, dy) = (q[0] - p[0], q[1] - p[1]);
         let length = (dx * dx + dy * dy).sqrt();
-        if !(length > 0.0) {
+        // Not-a-number has no direction either.
+        if length.is_nan() || length <= 0.0 {
             return self.report(id, None, PrimitiveOutcome::ZeroArea);
         }
         let half_width = f64::from(self.pipeline.desc.line_width) * 0.5;

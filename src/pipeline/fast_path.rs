@@ -1,6 +1,6 @@
 //! Shortcuts for draws that need neither queue nor shader call per block: adding one colour, counting in the stencil, filling depth.
 //!
-//! Each does exactly what the general path would; `tests/fast_paths.rs` compares the two on random triangles.
+//! Each does exactly what the general path would; `tests/pipeline` compares the two on random triangles.
 
 use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
 use fearless_simd_macros::simd;

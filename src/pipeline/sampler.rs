@@ -177,6 +177,7 @@ fn cube_site(direction: [f32; 3]) -> Site {
     Site { u: 0.5 * (sc / ma + 1.0), v: 0.5 * (tc / ma + 1.0), w: 0.0, layer }
 }
 
+#[inline(always)]
 fn gather<L: Lanes>(token: L::Token, mut f: impl FnMut(usize) -> [f32; 4]) -> V4<L> {
     let mut lanes = [[0.0; 4]; 16];
     for (i, lane) in lanes.iter_mut().enumerate().take(L::LEN) {
@@ -187,6 +188,7 @@ fn gather<L: Lanes>(token: L::Token, mut f: impl FnMut(usize) -> [f32; 4]) -> V4
 }
 
 /// A 2D texture (or one layer of it) at `uv` and level of detail `lod`.
+#[inline(always)]
 pub fn sample_level<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, layer: u32, lod: L) -> V4<L> {
     gather(lod.token(), |i| {
         let site = Site { u: uv.x.lane(i), v: uv.y.lane(i), w: 0.0, layer };
@@ -196,6 +198,7 @@ pub fn sample_level<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, l
 
 /// A 2D texture with the level of detail from the derivatives of `uv` per pixel:
 /// `log2(max(|∂uv/∂x · size|, |∂uv/∂y · size|))` [Vulkan spec, image level-of-detail operation, isotropic].
+#[inline(always)]
 pub fn sample_grad<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, layer: u32, ddx: V2<L>, ddy: V2<L>) -> V4<L> {
     let (width, height) = (texture.desc().width as f32, texture.desc().height as f32);
     let squared = |d: V2<L>| {
@@ -208,6 +211,7 @@ pub fn sample_grad<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, la
 }
 
 /// A cube map in a direction (any length) at level of detail `lod`. Filtering stays within a face.
+#[inline(always)]
 pub fn sample_cube<L: Lanes>(texture: &Texture, sampler: &Sampler, direction: V3<L>, lod: L) -> V4<L> {
     gather(lod.token(), |i| {
         let site = cube_site([direction.x.lane(i), direction.y.lane(i), direction.z.lane(i)]);
@@ -216,6 +220,7 @@ pub fn sample_cube<L: Lanes>(texture: &Texture, sampler: &Sampler, direction: V3
 }
 
 /// A volume at `uvw` and level of detail `lod`.
+#[inline(always)]
 pub fn sample_3d<L: Lanes>(texture: &Texture, sampler: &Sampler, uvw: V3<L>, lod: L) -> V4<L> {
     gather(lod.token(), |i| {
         let site = Site { u: uvw.x.lane(i), v: uvw.y.lane(i), w: uvw.z.lane(i), layer: 0 };
@@ -226,6 +231,7 @@ pub fn sample_3d<L: Lanes>(texture: &Texture, sampler: &Sampler, uvw: V3<L>, lod
 /// Share of the filtered texels that `reference` passes against, in 0..=1, at level 0.
 ///
 /// `sampler.compare` must be set; without it every texel passes.
+#[inline(always)]
 pub fn sample_compare<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, layer: u32, reference: L) -> L {
     let function = sampler.compare.unwrap_or(CompareFunction::Always);
     L::from_fn(reference.token(), |i| {
@@ -239,6 +245,7 @@ pub fn sample_compare<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>,
 }
 
 /// Texel at integer coordinates; outside the texture all zeros [WebGPU robust access].
+#[inline(always)]
 pub fn load<L: Lanes>(texture: &Texture, x: L, y: L, layer: u32, level: u32) -> V4<L> {
     let (width, height, _) = texture.desc().level_size(level);
     gather(x.token(), |i| {

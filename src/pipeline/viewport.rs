@@ -119,7 +119,7 @@ impl ViewTransform {
 
     /// Divide, viewport and snap. `made_by_clipping`: new vertices round differently under the llvmpipe rules.
     #[inline(always)]
-    pub fn to_window(&self, [x, y, z, w]: [f32; 4], made_by_clipping: bool) -> WindowVertex {
+    pub fn window_vertex(&self, [x, y, z, w]: [f32; 4], made_by_clipping: bool) -> WindowVertex {
         let inv_w = 1.0 / w;
         let ndc = [x * inv_w, y * inv_w];
         let mut px = [0.0; 2];

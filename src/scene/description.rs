@@ -27,7 +27,7 @@ pub const MAX_IMAGE_PX: u32 = 16384;
 /// Largest time, s: a day, past which steps of a frame would no longer be exact in `f32`.
 pub const MAX_TIME_S: f32 = 86400.0;
 
-/// Everything a picture is made from. Read from a file by [`load`](super::load), it is valid; a program that builds or changes one calls
+/// Everything a picture is made from. Read from a file by [`load`](super::load()), it is valid; a program that builds or changes one calls
 /// [`Scene::validate`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -184,9 +184,9 @@ impl Value for Vec3 {
     /// `r,g,b`, or one number for all three.
     fn read(text: &str) -> Option<Self> {
         let numbers: Option<Vec<f32>> = text.split(',').map(|part| f32::read(part.trim())).collect();
-        match numbers?.as_slice() {
-            &[all] => Some(Vec3::splat(all)),
-            &[x, y, z] => Some(Vec3::new(x, y, z)),
+        match *numbers?.as_slice() {
+            [all] => Some(Vec3::splat(all)),
+            [x, y, z] => Some(Vec3::new(x, y, z)),
             _ => None,
         }
     }

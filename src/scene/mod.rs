@@ -1,6 +1,6 @@
 //! Scene descriptions: what there is to see, as plain data read from RON files.
 //!
-//! A [`Scene`] holds camera, lights, environment, water, medium, objects, tone and the settings of the techniques; [`load`] reads and
+//! A [`Scene`] holds camera, lights, environment, water, medium, objects, tone and the settings of the techniques; [`load()`] reads and
 //! validates one, [`Scene::set`] changes one value by its command-line key. Every field is documented with its unit and default; unknown
 //! fields are errors; an error names file, line, column, the value seen and the values allowed. Lengths are in metres, times in seconds, y
 //! is up, colours are linear RGB.

@@ -459,9 +459,9 @@ impl<'t, 'p> Walker<'t, 'p> {
 
     fn character(&mut self) -> Result<(), SyntaxError> {
         let start = self.at;
-        let mut inside = self.text[start + 1..].char_indices();
+        let inside = self.text[start + 1..].char_indices();
         let mut escaped = false;
-        while let Some((offset, c)) = inside.next() {
+        for (offset, c) in inside {
             match c {
                 '\n' => break,
                 _ if escaped => escaped = false,

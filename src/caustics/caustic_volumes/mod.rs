@@ -1,5 +1,5 @@
 //! `caustic-volumes`: C. Sandberg, T. Falemo, *Real-Time Rendering of Water Caustics Using Programmable Graphics Hardware*,
-//! Chalmers 2005 [SF05].
+//! Chalmers 2005 (SF05).
 //!
 //! The water surface is a mesh; each of its triangles and the three refracted rays of its corners bound a volume of light. Drawn additively over
 //! the receivers, a volume lights those pixels whose receiver lies inside it, by flux over cross-section. Cost depends on the
@@ -111,7 +111,8 @@ fn layer_sources(scene: &Scene, built: &frame::Built) -> Vec<LayerSource> {
 
 /// Where the light of all beams goes, in watts summed over RGB.
 ///
-/// `water_incident = surface_reflected + surface_grazing + water_entered`, and `water_entered = absorbed_above_bottom + reached_bottom` on the level
+/// `water_incident = surface_reflected + surface_grazing + water_entered`, and `beams_carry = absorbed_above_bottom + reached_bottom` (`beams_carry` is
+/// `water_entered` in physical radiometry) on the level
 /// of the volumes' bottom cap, for beams that nothing blocks.
 fn audit(scene: &Scene, beams: &[beams::LightBeams], bottom_y: f32) -> Vec<(String, f64)> {
     let mut energy = beams::SurfaceEnergy::default();

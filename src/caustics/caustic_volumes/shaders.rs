@@ -75,6 +75,7 @@ pub fn program(radiometry: Radiometry) -> Arc<Program> {
 struct BeamVertex;
 
 impl VertexShader for BeamVertex {
+    #[inline(always)]
     fn vertex<L: Lanes>(&self, _bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
         let zero = L::splat(input.token, 0.0);
         output.position = v4(zero, zero, zero, zero.like(1.0));
@@ -112,7 +113,14 @@ impl GeometryShader for HullGeometry {
             let clip = camera.project(v3(p.x as f32, p.y as f32, p.z as f32));
             f64::from(volume.shape.y * clip.w.max(0.1))
         };
-        let hull = hull(top, bottom, slack(top[0]), slack(bottom[0]).max(slack(bottom[1])).max(slack(bottom[2])));
+        // A crest above the mean level is not raised with what is under it (`CameraUniform::raise`), which bends the beam there by up to this.
+        let (level, ratio) = (camera.water.x, camera.water.y);
+        let bend = |i: usize| {
+            let (g, d) = (beam.g[i], beam.d[i]);
+            f64::from((g.y - level).max(0.0) * (1.0 - ratio) / ratio * (d.x * d.x + d.z * d.z).sqrt())
+        };
+        let top_slack = slack(top[0]) + bend(0).max(bend(1)).max(bend(2));
+        let hull = hull(top, bottom, top_slack, slack(bottom[0]).max(slack(bottom[1])).max(slack(bottom[2])));
         let clip = hull.corners.map(|p| {
             let clip = camera.project(v3(p.x as f32, p.y as f32, p.z as f32));
             [clip.x, clip.y, clip.z, clip.w]
@@ -129,6 +137,7 @@ impl GeometryShader for HullGeometry {
 struct VolumeFragment<const PAPER: bool>;
 
 impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
+    #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let volume: &VolumeUniform = bindings.uniform(1);
         let flat = input.flat_varyings();
@@ -200,7 +209,8 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         let flux = V3::splat(input.token, beam.flux.truncate());
         let irradiance = flux.hadamard(beer_lambert_rgb(volume.sigma_t.truncate(), travelled)) * scale;
         let total = irradiance.x + irradiance.y + irradiance.z;
-        let direction = ray.normalize() * total;
+        // Where the light comes from, weighted by how much of it.
+        let direction = -ray.normalize() * total;
         output.color[0] = v4(irradiance.x, irradiance.y, irradiance.z, zero);
         output.color[1] = v4(direction.x, direction.y, direction.z, total);
         output.color[2] = v4(zero.like(1.0), zero, zero, zero);

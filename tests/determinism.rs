@@ -1,0 +1,107 @@
+//! Every attachment of every pass of every shipped scene: the same bytes on 1, 2 and 7 threads and at every SIMD level, equal to the
+//! committed hashes in `tests/data/hashes.txt`. Runs in debug and release, so both must agree with the file.
+//!
+//! Scenes are rendered at a quarter of their width and height, because an attachment is compared byte for byte and not looked at.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use nephroid::caustics::{RenderOptions, Renderer};
+use nephroid::frame::{FrameObserver, FramePass};
+use nephroid::math::level::available_levels;
+use nephroid::pipeline::shader::ShaderWidth;
+use nephroid::pipeline::{DeviceOptions, Observer, PassOutput, Texture};
+use nephroid::scene::Scene;
+
+const SCENES: [&str; 5] = ["pool.ron", "pots.ron", "columns.ron", "analytic/flat_water.ron", "analytic/sine_water.ron"];
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn small_scene(name: &str) -> Scene {
+    let mut scene = nephroid::scene::load(&root().join("scenes").join(name)).expect("a shipped scene loads");
+    scene.image.width = (scene.image.width / 4).max(64);
+    scene.image.height = (scene.image.height / 4).max(64);
+    scene.techniques.caustic_volumes.samples = 1;
+    scene.techniques.caustic_volumes.shadow_map_size = 512;
+    scene.techniques.caustic_volumes.grid = Some((33, 33));
+    scene
+}
+
+/// FNV-1a over the bytes of every attachment after every pass.
+#[derive(Default)]
+struct Hasher {
+    lines: Vec<(String, u64)>,
+}
+
+fn fnv(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+impl FrameObserver for Hasher {
+    fn pass_begin(&mut self, _index: usize, _pass: &FramePass) -> Option<&mut dyn Observer> {
+        None
+    }
+    fn pass_end(&mut self, _index: usize, pass: &FramePass, textures: &[Texture], _output: &PassOutput) {
+        let views = pass.color.iter().flatten().map(|t| t.view).chain(pass.depth.iter().map(|t| t.view));
+        for view in views {
+            let texture = &textures[view.texture.index()];
+            let hash = fnv(&texture.read_bytes(view.level, view.layer));
+            self.lines.push((format!("{}/{}", pass.label.replace(' ', "_"), texture.desc().label.replace(' ', "_")), hash));
+        }
+    }
+}
+
+fn hashes(scene: &Scene, device: DeviceOptions) -> Vec<(String, u64)> {
+    let options = RenderOptions { device, layers: Some(vec!["color".into()]), ..RenderOptions::default() };
+    let mut hasher = Hasher::default();
+    Renderer::new(scene, &options).expect("device").render(scene, Some(&mut hasher)).expect("frame");
+    hasher.lines
+}
+
+#[test]
+fn every_attachment_has_the_same_bytes_everywhere() {
+    let mut text = String::new();
+    for name in SCENES {
+        let scene = small_scene(name);
+        let reference = hashes(&scene, DeviceOptions { threads: Some(1), ..DeviceOptions::default() });
+        for (attachment, hash) in &reference {
+            writeln!(text, "{name} {attachment} {hash:016x}").expect("writing to a string");
+        }
+        for threads in [2, 7] {
+            let other = hashes(&scene, DeviceOptions { threads: Some(threads), ..DeviceOptions::default() });
+            assert_eq!(other, reference, "{name} on {threads} threads");
+        }
+        for (level_name, level) in available_levels() {
+            let other = hashes(&scene, DeviceOptions { level: Some(level), ..DeviceOptions::default() });
+            assert_eq!(other, reference, "{name} at level {level_name}");
+        }
+        let scalar = hashes(&scene, DeviceOptions { width: ShaderWidth::One, ..DeviceOptions::default() });
+        assert_eq!(scalar, reference, "{name} with one lane");
+        let waves = hashes(&scene, DeviceOptions { bin_budget_bytes: 1, ..DeviceOptions::default() });
+        assert_eq!(waves, reference, "{name} in many waves");
+    }
+    compare_with_file(&root().join("tests/data/hashes.txt"), &text);
+}
+
+/// Fails if the file is missing or differs; `REPLACE=1` writes it.
+fn compare_with_file(path: &Path, text: &str) {
+    if std::env::var_os("REPLACE").is_some() {
+        std::fs::write(path, text).expect("the hash file can be written");
+    }
+    let committed = std::fs::read_to_string(path).unwrap_or_default();
+    for (seen, expected) in text.lines().zip(committed.lines()) {
+        assert_eq!(seen, expected, "an attachment changed; if that is meant, run with REPLACE=1 and say so in the changelog");
+    }
+    assert_eq!(text.lines().count(), committed.lines().count(), "the list of attachments changed, or {} is missing", path.display());
+}
+
+#[test]
+fn a_changed_attachment_changes_its_hash() {
+    let mut scene = small_scene("analytic/flat_water.ron");
+    let before = hashes(&scene, DeviceOptions::default());
+    scene.medium.sigma_a.x += 1.0e-4;
+    let after = hashes(&scene, DeviceOptions::default());
+    assert_ne!(before, after);
+}
