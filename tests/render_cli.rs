@@ -70,8 +70,11 @@ fn both_files_are_written_to_out_by_default() {
     );
 
     let layers = image::read(&folder.path().join("out/small.exr")).expect("the EXR is valid");
-    assert!(layers.names().eq(STANDARD_LAYERS.iter().map(|layer| layer.name)));
-    for (layer, standard) in layers.iter().zip(STANDARD_LAYERS) {
+    // All that caustic volumes have, in the table's order: no light scattered in the water, no stencil.
+    let absent = ["volume", "godrays", "stencil_count"];
+    let expected: Vec<_> = STANDARD_LAYERS.iter().filter(|layer| !absent.contains(&layer.name)).collect();
+    assert!(layers.names().eq(expected.iter().map(|layer| layer.name)));
+    for (layer, standard) in layers.iter().zip(expected) {
         assert_eq!((layer.width(), layer.height(), layer.channel_count()), (64, 48, standard.channels), "{}", standard.name);
     }
     let picture = image::read(&folder.path().join("out/small.png")).expect("the PNG is valid");
@@ -143,7 +146,7 @@ fn bad_input_is_one_message_and_leaves_nothing() {
         (&["small.ron", "--set", "no.such.key=1"], "cannot apply --set: unknown setting `no.such.key`"),
         (&["small.ron", "--set", "image.width=0"], "cannot apply --set: setting `image.width`"),
         (&["small.ron", "--layers", "color,nonsense"], "nonsense"),
-        (&["small.ron", "--size", "8192x8192", "--memory-limit", "1"], "memory"),
+        (&["small.ron", "--size", "8192x8192", "--memory-limit", "1"], "may use 1 MiB"),
         (&["small.ron", "-o", "no/such/folder/a.png"], "cannot write no/such/folder/a.png"),
     ] {
         let message = refuse(arguments);

@@ -391,7 +391,7 @@ impl Emitter<'_> {
         if count < 3 || polygon[..count].iter().any(|v| !is_finite(v.position)) {
             return self.report(id, None, PrimitiveOutcome::Rejected);
         }
-        let mut corners: Vec<Corner> = polygon[..count]
+        let corners: Vec<Corner> = polygon[..count]
             .iter()
             .map(|v| {
                 let original = v.original.map(|i| vertices[usize::from(i)]);
@@ -399,12 +399,14 @@ impl Emitter<'_> {
                 Corner { window, varyings: self.mixed_varyings(vertices, v.weights), clip: v.position }
             })
             .collect();
-        if self.view.rules.clip_volume == ClipVolume::GuardBand {
-            rotate_to_convex_fan(&mut corners);
-        }
-        for k in 1..count - 1 {
+        let pieces = if self.view.rules.clip_volume == ClipVolume::GuardBand {
+            ears(&corners)
+        } else {
+            (1..count - 1).map(|k| [0, k, k + 1]).collect()
+        };
+        for piece in pieces {
             self.out.statistics.clipper_primitives_out += 1;
-            self.window_triangle([corners[0], corners[k], corners[k + 1]], id, true);
+            self.window_triangle(piece.map(|k| corners[k]), id, true);
         }
     }
 
@@ -671,15 +673,29 @@ fn pixel_bounds_half_open(min: (i32, i32), max: (i32, i32), scissor: PixelRect) 
     pixel_bounds(min, (max.0 - 1, max.1 - 1), scissor)
 }
 
-/// Starts the fan at a corner from which no triangle is turned inside out by snapping, if there is one.
+/// Cuts a clipped polygon into triangles that all wind like it, by cutting off ears.
 ///
-/// A clipped polygon is convex before its corners are snapped and may be dented by a unit after; a fan whose triangles wind alike still covers
-/// every pixel once.
-fn rotate_to_convex_fan(corners: &mut [Corner]) {
-    let count = corners.len();
-    let area =
-        |a: usize, b: usize, c: usize| double_area([&corners[a % count].window, &corners[b % count].window, &corners[c % count].window]);
-    let whole: i64 = (1..count - 1).map(|k| area(0, k, k + 1)).sum();
-    let good = (0..count).find(|&start| (1..count - 1).all(|k| area(start, start + k, start + k + 1).signum() * whole.signum() >= 0));
-    corners.rotate_left(good.unwrap_or(0));
+/// The polygon is convex before its corners are snapped and may be dented by a unit after, over an edge that reaches to the guard band: a fan
+/// would then turn a triangle inside out and cover its pixels again. Ears of the snapped outline tile it exactly.
+fn ears(corners: &[Corner]) -> Vec<[usize; 3]> {
+    let area = |a: usize, b: usize, c: usize| double_area([&corners[a].window, &corners[b].window, &corners[c].window]);
+    let mut left: Vec<usize> = (0..corners.len()).collect();
+    let sign = (1..corners.len() - 1).map(|k| area(0, k, k + 1)).sum::<i64>().signum();
+    let mut pieces = Vec::with_capacity(corners.len() - 2);
+    while left.len() > 3 {
+        let count = left.len();
+        let neighbours = |k: usize| (left[(k + count - 1) % count], left[k], left[(k + 1) % count]);
+        let is_ear = |k: &usize| {
+            let (a, b, c) = neighbours(*k);
+            let inside = |q: usize| area(a, b, q) * sign > 0 && area(b, c, q) * sign > 0 && area(c, a, q) * sign >= 0;
+            area(a, b, c) * sign >= 0 && !left.iter().any(|&q| q != a && q != b && q != c && inside(q))
+        };
+        // An outline that crosses itself has no ear left; what remains is cut anyhow.
+        let k = (0..count).find(is_ear).unwrap_or(0);
+        let (a, b, c) = neighbours(k);
+        pieces.push([a, b, c]);
+        left.remove(k);
+    }
+    pieces.push([left[0], left[1], left[2]]);
+    pieces
 }

@@ -136,7 +136,7 @@ pub enum ClipVolume {
 /// How a vertex on a clip plane follows from the two it lies between; `d` is the signed distance, inside positive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClipArithmetic {
-    /// `t = d_in/(d_in − d_out)`, `v = in + t·(out − in)`.
+    /// `t = d_in/(d_in − d_out)`, `v = in + t·(out − in)`, in f64, rounded once.
     InsideToOutside,
     /// The same, starting from whichever end is nearer to the plane; plane order −x, +x, −y, +y, near, far. llvmpipe.
     NearestEndpoint,
