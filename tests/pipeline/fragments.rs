@@ -137,8 +137,9 @@ fn varyings_of_random_triangles() {
         let data = [(); 3].map(|()| [0; 4].map(|_| rng.f32(1.0, 2.0)));
         let p = clip.map(|c| snap(size, c));
         let area = ((p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[1][1] - p[0][1]) * (p[2][0] - p[0][0])).abs();
-        // Slivers lose digits in any arithmetic.
-        if area < 65536 * 100 {
+        let side = |i: usize, j: usize| (((p[i][0] - p[j][0]).pow(2) + (p[i][1] - p[j][1]).pow(2)) as f64).sqrt();
+        // Slivers lose digits in any arithmetic: at least eight pixels high over every side.
+        if (area as f64) < 8.0 * 256.0 * side(0, 1).max(side(1, 2)).max(side(2, 0)) {
             continue;
         }
         let vertices: Vec<Vertex> = (0..3).map(|i| vertex(clip[i], data[i])).collect();

@@ -183,6 +183,37 @@ fn mesh_beyond_guard_band() {
     }
 }
 
+/// A `count` by `count` grid of plane coordinates to ± `extent`, denser in the middle, jittered as far as no cell folds over.
+fn warped_grid(rng: &mut Rng, count: usize, extent: f64) -> Vec<[f64; 2]> {
+    let mut most = 0.2;
+    loop {
+        let mut points = Vec::new();
+        for j in 0..count {
+            for i in 0..count {
+                let along = |k: usize, rng: &mut Rng| {
+                    let jitter = if k == 0 || k == count - 1 { 0.0 } else { rng.real(-most, most) };
+                    let t = (k as f64 + jitter) / (count - 1) as f64 * 2.0 - 1.0;
+                    t * t * t * extent
+                };
+                points.push([along(i, rng), along(j, rng)]);
+            }
+        }
+        let turns_left = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0;
+        let whole = (0..count - 1).all(|j| {
+            (0..count - 1).all(|i| {
+                let at = |di: usize, dj: usize| points[(j + dj) * count + i + di];
+                let [a, b, c, d] = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
+                // Whichever diagonal is cut.
+                turns_left(a, b, c) && turns_left(b, d, c) && turns_left(a, b, d) && turns_left(a, d, c)
+            })
+        });
+        if whole {
+            return points;
+        }
+        most *= 0.5;
+    }
+}
+
 /// A wall through the view, tilted so that part of the mesh is behind the eye and beyond the far plane: pixels whose ray meets the wall well
 /// between the planes are covered once, no pixel twice.
 #[test]
@@ -199,19 +230,14 @@ fn mesh_crossing_near_and_far() {
         let (u, v) = normal.any_orthonormal_pair();
         let count = rng.int(3..24) as usize;
         let extent = 400.0;
-        let mut place = Vec::new();
-        for j in 0..count {
-            for i in 0..count {
-                // Denser towards the eye; jittered less than would turn a cell over.
-                let along = |k: usize, rng: &mut Rng| {
-                    let border = k == 0 || k == count - 1;
-                    let t = (k as f64 + if border { 0.0 } else { rng.real(-0.05, 0.05) }) / (count - 1) as f64 * 2.0 - 1.0;
-                    t * t * t * extent
-                };
-                let p = normal * distance + u * along(i, &mut rng) + v * along(j, &mut rng);
-                place.push(perspective([p.x, p.y, p.z]));
-            }
-        }
+        let points = warped_grid(&mut rng, count, extent);
+        let place: Vec<[f32; 4]> = points
+            .iter()
+            .map(|[a, b]| {
+                let p = normal * distance + u * *a + v * *b;
+                perspective([p.x, p.y, p.z])
+            })
+            .collect();
         let mut mesh = grid_triangles(&mut rng, count, count, &place);
         scramble(&mut rng, &mut mesh);
         let seen = render(&devices[meshes % devices.len()], &mesh, size, meshes % 3 == 2);

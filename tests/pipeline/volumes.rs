@@ -226,7 +226,7 @@ fn stencil_counts_equal_integer_counts() {
     use StencilOperation::*;
     let mut rng = Rng(103);
     let mut deepest = 0;
-    for round in 0..cases(24, 4) {
+    for round in 0..cases(8, 3) {
         let size = [(64, 64), (100, 60)][round % 2];
         // Near the axis and large: up to several hundred layers.
         let volumes = random_volumes(&mut rng, 500, (8.0, 30.0), (1.0, 3.0), 0.06);
