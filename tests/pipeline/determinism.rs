@@ -99,7 +99,7 @@ impl World {
         let mut rng = Rng(1201);
         let vertices = Vertices::new(&random_vertices(&mut rng, 1_200));
         let strip: Vec<u32> = (0..900).map(|_| if rng.chance(4) { u32::MAX } else { rng.int(0..1200) as u32 }).collect();
-        let desc = TextureDescriptor { mip_level_count: 5, ..TextureDescriptor::d2("noise", 24, 17, TextureFormat::Rgba16Float) };
+        let desc = TextureDescriptor { mip_level_count: 5, ..TextureDescriptor::d2("noise", 24, 17, Rgba16Float) };
         let mut texture = Texture::new(desc).expect("valid");
         let bytes: Vec<u8> = (0..24 * 17 * 4).flat_map(|_| half::f16::from_f32_const(rng.f32(-1.0, 1.0)).to_le_bytes()).collect();
         texture.write_bytes(0, 0, &bytes).expect("the right size");
@@ -125,7 +125,7 @@ struct Recipe {
 
 const PLAIN: Recipe = Recipe {
     name: "",
-    colors: &[TextureFormat::Rgba32Float],
+    colors: &[Rgba32Float],
     depth: None,
     rules: RasterRules::REFERENCE,
     topology: PrimitiveTopology::TriangleList,

@@ -230,7 +230,7 @@ fn primitive_index_and_facing() {
                 let quad = y / 10 * 15 + x / 4;
                 assert_eq!(id as u32 / 2, quad, "primitive index counts from 0 in every instance");
                 assert_eq!(id, flat, "and agrees with the provoking vertex");
-                assert_eq!(front, if id as u32 % 2 == 0 { 1.0 } else { 0.0 });
+                assert_eq!(front, if (id as u32).is_multiple_of(2) { 1.0 } else { 0.0 });
             }
         }
     }

@@ -30,7 +30,7 @@ fn wild_vertices_give_the_same_bytes_everywhere() {
     for round in 0..cases(300, 40) {
         // Half of the rounds without the values that drop a primitive at once.
         let tame = round % 2 == 0;
-        let mut number = |rng: &mut Rng| loop {
+        let number = |rng: &mut Rng| loop {
             let v = wild(rng);
             if !tame || v.is_finite() {
                 return v;

@@ -314,9 +314,9 @@ fn count_check_notices_swapped_faces() {
     let volume = place(&icosphere(2), 1.0, glam::DQuat::IDENTITY, glam::DVec3::new(0.0, 0.0, -3.0), perspective);
     // A third of the faces, so that the layers in front and behind differ.
     let half: Volume = volume.into_iter().enumerate().filter(|(i, _)| i % 3 == 0).map(|(_, t)| t).collect();
-    let (front, _) = layers(size, &[half.clone()]);
+    let (front, _) = layers(size, std::slice::from_ref(&half));
     let expected: Vec<u8> = front.iter().map(|f| *f as u8).collect();
-    let right = Count::of(IncrementWrap, Keep).render(device(), size, &[half.clone()]).0;
+    let right = Count::of(IncrementWrap, Keep).render(device(), size, std::slice::from_ref(&half)).0;
     let swapped = Count::of(Keep, IncrementWrap).render(device(), size, &[half]).0;
     assert_eq!(first_difference(size.0, &expected, &right), None);
     assert!(first_difference(size.0, &expected, &swapped).is_some(), "swapped stencil faces went unnoticed");
