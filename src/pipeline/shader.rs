@@ -88,7 +88,7 @@ impl<L: Lanes> VertexOutput<L> {
 /// A vertex shader, written once for every width.
 ///
 /// Mark the method `#[inline(always)]`, and the generic functions it calls: code that is not inlined into the batch loop is compiled without
-/// the level's instructions, and each operation becomes a call. The result is the same, at a tenth of the speed.
+/// the level's instructions, and each operation becomes a call. The result is the same, only slower.
 pub trait VertexShader: Send + Sync {
     /// Shades the vertices of one call.
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>);
