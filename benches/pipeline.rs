@@ -1,11 +1,12 @@
 //! What the pipeline and the technique cost: medians of many frames in one run, with threads and SIMD level.
 //!
-//! `cargo bench` prints a Markdown table. Pixels are counted as rasterized, before the depth test.
+//! `cargo bench` prints Markdown tables, `cargo bench -- splats` only the rows that name contains. Pixels are counted as rasterized, before the depth test.
 
 use std::sync::Arc;
 use std::time::Instant;
 
 use nephroid::caustics::{RenderOptions, Renderer};
+use nephroid::frame::{FrameObserver, FramePass};
 use nephroid::math::lanes::Lanes;
 use nephroid::math::level::level_name;
 use nephroid::math::rng::uniform3;
@@ -16,9 +17,10 @@ use nephroid::pipeline::state::{
     DepthStencilState, PrimitiveState, PrimitiveTopology, RasterRules, StencilFaceState, StencilOperation, StencilState, TextureFormat,
 };
 use nephroid::pipeline::{
-    Binding, BindingKind, Bindings, Buffer, ColorAttachment, DepthStencilAttachment, Device, DeviceOptions, Draw, LoadOp, Pass,
-    RenderPipeline, RenderPipelineDescriptor, Texture, TextureDescriptor, run_pass,
+    Binding, BindingKind, Bindings, Buffer, ColorAttachment, DepthStencilAttachment, Device, DeviceOptions, Draw, LoadOp, Observer, Pass,
+    PassOutput, RenderPipeline, RenderPipelineDescriptor, Texture, TextureDescriptor, run_pass,
 };
+use nephroid::scene::{Aim, Light};
 
 const SIZE: (u32, u32) = (1024, 768);
 const FRAMES: usize = 12;
@@ -28,8 +30,7 @@ impl VertexShader for Clip {
     #[inline(always)]
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
         let vertices: &[[f32; 4]] = bindings.storage(0);
-        let axis = |a: usize| input.per_vertex(|i| vertices[i as usize][a]);
-        output.position = v4(axis(0), axis(1), axis(2), axis(3));
+        output.position = input.per_vertex4(|i| vertices[i as usize]);
         output.point_size = output.position.x.like(3.0);
     }
 }
@@ -152,8 +153,10 @@ impl Bench {
     }
 }
 
-fn row(name: &str, figure: String, seconds: f64) {
-    println!("| {name} | {figure} | {:.2} ms |", seconds * 1.0e3);
+/// Whether the command line asks for a benchmark: it names a part of it, or nothing.
+fn wanted(name: &str) -> bool {
+    let mut filters = std::env::args().skip(1).filter(|a| !a.starts_with('-')).peekable();
+    filters.peek().is_none() || filters.any(|f| name.contains(&f))
 }
 
 fn microbenchmarks() {
@@ -161,45 +164,95 @@ fn microbenchmarks() {
     let level = level_name(bench.device.execution().level);
     println!("{} threads, {level}, {}x{}, medians of {FRAMES} frames\n", bench.device.threads(), SIZE.0, SIZE.1);
     println!("| what | rate | frame |\n|---|---|---|");
-    let large = vertices(20_000, 2000.0, 3);
+    let mut row = |name: &str, work: f64, unit: &str, input: &dyn Fn() -> Buffer, mode, topology, draws, elements| {
+        if wanted(name) {
+            let seconds = bench.time(mode, topology, &input(), draws, elements);
+            println!("| {name} | {:.2} {unit} | {:.2} ms |", work / seconds, seconds * 1.0e3);
+        }
+    };
+    let (triangles, points) = (PrimitiveTopology::TriangleList, PrimitiveTopology::PointList);
     for (name, mode) in [
         ("additive f32 fill", Mode::Add),
         ("additive f32 fill, depth test and write", Mode::AddDepth),
         ("stencil increments", Mode::Stencil),
     ] {
-        let seconds = bench.time(mode, PrimitiveTopology::TriangleList, &large, 1, 60_000);
-        row(name, format!("{:.2} Gpix/s", 20_000.0 * 2000.0 / seconds / 1.0e9), seconds);
+        row(name, 0.04, "Gpix/s", &|| vertices(20_000, 2000.0, 3), mode, triangles, 1, 60_000);
     }
-    let small = vertices(300_000, 8.0, 3);
-    let seconds = bench.time(Mode::AddDepth, PrimitiveTopology::TriangleList, &small, 1, 900_000);
-    row("8-pixel triangles, depth test and write, additive f32", format!("{:.1} Mtri/s", 0.3 / seconds), seconds);
-    let points = vertices(1_000_000, 9.0, 1);
-    let seconds = bench.time(Mode::Add, PrimitiveTopology::PointList, &points, 1, 1_000_000);
-    row("3x3 splats, one channel", format!("{:.1} M/s", 1.0 / seconds), seconds);
-    let beams = vertices(80_000 * 2 * 8, 60.0, 3);
-    let seconds = bench.time(Mode::Stencil, PrimitiveTopology::TriangleList, &beams, 160_000, 24);
-    row("80,000 beams x 2 stencil draws of 8 triangles", format!("{:.2} M draws/s", 0.16 / seconds), seconds);
+    let name = "8-pixel triangles, depth test and write, additive f32";
+    row(name, 0.3, "Mtri/s", &|| vertices(300_000, 8.0, 3), Mode::AddDepth, triangles, 1, 900_000);
+    row("3x3 splats, one channel", 1.0, "M/s", &|| vertices(1_000_000, 9.0, 1), Mode::Add, points, 1, 1_000_000);
+    let name = "80,000 beams x 2 stencil draws of 8 triangles";
+    row(name, 0.16, "M draws/s", &|| vertices(80_000 * 2 * 8, 60.0, 3), Mode::Stencil, triangles, 160_000, 24);
 }
 
-/// One frame of the paper: everything rebuilt, light and fluid moving.
+/// Seconds per pass of a frame, in order.
+#[derive(Default)]
+struct PassClock {
+    begun: Option<Instant>,
+    seconds: Vec<(String, f64)>,
+}
+
+impl FrameObserver for PassClock {
+    fn pass_begin(&mut self, _index: usize, _pass: &FramePass) -> Option<&mut dyn Observer> {
+        self.begun = Some(Instant::now());
+        None
+    }
+    fn pass_end(&mut self, _index: usize, pass: &FramePass, _textures: &[Texture], _output: &PassOutput) {
+        let seconds = self.begun.map_or(0.0, |begun| begun.elapsed().as_secs_f64());
+        self.seconds.push((pass.label.clone(), seconds));
+    }
+}
+
+/// One frame of the paper: everything rebuilt, light and fluid moving; then where its time goes.
 fn paper_frames() {
-    println!("\n| frame (moving light and fluid, everything rebuilt) | median |\n|---|---|");
     for (grid, size) in [(65, 512), (129, 1024)] {
+        if !wanted(&format!("frame {size}")) {
+            continue;
+        }
         let mut scene = nephroid::scene::load(std::path::Path::new("scenes/pots.ron")).expect("a shipped scene");
         scene.image.width = size;
         scene.image.height = size;
         scene.techniques.caustic_volumes =
             nephroid::scene::CausticVolumes { grid: Some((grid, grid)), ..nephroid::scene::CausticVolumes::PAPER };
         let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("a renderer");
-        let mut times = Vec::new();
+        let mut frames = Vec::new();
+        let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
         for frame in 0..FRAMES + 4 {
             scene.time_s = 1.0 + frame as f32 / 30.0;
+            scene.lights[0] = sun_at(&scene.lights[0], frame);
+            let mut clock = PassClock::default();
             let start = Instant::now();
-            renderer.run(&scene).expect("a frame");
-            times.push(start.elapsed().as_secs_f64());
+            renderer.run(&scene, Some(&mut clock)).expect("a frame");
+            if frame < 4 {
+                continue;
+            }
+            frames.push(start.elapsed().as_secs_f64());
+            passes.resize_with(clock.seconds.len(), Default::default);
+            for (pass, (label, seconds)) in passes.iter_mut().zip(clock.seconds) {
+                pass.0 = label;
+                pass.1.push(seconds);
+            }
         }
-        println!("| {0}x{0} grid, {size}x{size} pixels | {1:.1} ms |", grid - 1, median(times.split_off(4)) * 1.0e3);
+        println!("\n| {0}x{0} grid, {size}x{size} pixels, light and fluid moving | median |\n|---|---|", grid - 1);
+        let total = median(frames);
+        println!("| whole frame | {:.2} ms |", total * 1.0e3);
+        let mut rest = total;
+        for (label, seconds) in passes {
+            let seconds = median(seconds);
+            rest -= seconds;
+            println!("| pass `{label}` | {:.2} ms |", seconds * 1.0e3);
+        }
+        println!("| fluid, refraction, building the frame | {:.2} ms |", rest * 1.0e3);
     }
+}
+
+/// The light of a frame: the sun moves by a degree.
+fn sun_at(light: &Light, frame: usize) -> Light {
+    let mut light = light.clone();
+    if let Light::Directional { aim: Aim::Sun { azimuth_deg, .. }, .. } = &mut light {
+        *azimuth_deg = 60.0 + frame as f32;
+    }
+    light
 }
 
 fn main() {

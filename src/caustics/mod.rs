@@ -203,9 +203,9 @@ impl Renderer {
     }
 
     /// Runs the frame without reading anything back: what a frame costs.
-    pub fn run(&mut self, scene: &Scene) -> Result<(), RenderError> {
+    pub fn run(&mut self, scene: &Scene, observer: Option<&mut dyn FrameObserver>) -> Result<(), RenderError> {
         let built = self.source.frame(scene, self.executor.device(), &["color"]);
-        self.executor.run(&built.frame, None)?;
+        self.executor.run(&built.frame, observer)?;
         Ok(())
     }
 

@@ -112,7 +112,7 @@ impl CpuExecutor {
     }
 
     fn check_memory(&self, frame: &Frame) -> Result<(), FrameError> {
-        let bins = (self.device.bin_budget_bytes() as u64).max(MIN_BIN_BYTES);
+        let bins = (self.device.wave_bytes() as u64).max(MIN_BIN_BYTES);
         let needed = frame.memory().resources().saturating_add(bins);
         if needed <= self.memory_limit_bytes {
             return Ok(());

@@ -8,6 +8,9 @@
 //! - `min` and `max` are spelled out as a comparison and a select, so NaN goes the same way everywhere;
 //! - branches become masks and [`Lanes::select`].
 //!
+//! Generic code over lanes must be inlined into a function that is compiled for the level, or every operation becomes a call. Mark such functions
+//! `#[inline(always)]`, and use no closures that take or return lanes (nor `array::map`, which takes one): a closure cannot be so marked.
+//!
 //! Elementary functions (exponential, sine, ...) are built from these in `math::float`.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};

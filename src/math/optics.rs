@@ -102,8 +102,7 @@ pub fn beer_lambert<L: Lanes>(sigma_t_per_m: L, distance_m: L) -> L {
 /// [`beer_lambert`] for the three colour channels.
 #[inline(always)]
 pub fn beer_lambert_rgb<L: Lanes>(sigma_t_per_m: Vec3, distance_m: L) -> V3<L> {
-    let channel = |sigma: f32| exp(distance_m * -sigma);
-    v3(channel(sigma_t_per_m.x), channel(sigma_t_per_m.y), channel(sigma_t_per_m.z))
+    v3(exp(distance_m * -sigma_t_per_m.x), exp(distance_m * -sigma_t_per_m.y), exp(distance_m * -sigma_t_per_m.z))
 }
 
 /// Phase function of Henyey & Greenstein (1941), in 1/sr.

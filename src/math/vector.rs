@@ -149,18 +149,34 @@ impl<L: Lanes> V3<L> {
     }
 }
 
+impl<L: Copy> V4<L> {
+    /// The first three components.
+    #[inline(always)]
+    pub fn xyz(self) -> V3<L> {
+        v3(self.x, self.y, self.z)
+    }
+}
+
 /// `matrix · (v, 1)`, columns summed left to right.
 #[inline(always)]
 pub fn transform_point<L: Lanes>(matrix: &glam::Mat4, v: V3<L>) -> V4<L> {
     let c = matrix.to_cols_array();
-    let row = |r: usize| v.x * c[r] + v.y * c[4 + r] + v.z * c[8 + r] + c[12 + r];
-    v4(row(0), row(1), row(2), row(3))
+    v4(affine_row(&c, 0, v), affine_row(&c, 1, v), affine_row(&c, 2, v), affine_row(&c, 3, v))
 }
 
 /// The upper 3x3 of `matrix` applied to `v`: for directions.
 #[inline(always)]
 pub fn transform_vector<L: Lanes>(matrix: &glam::Mat4, v: V3<L>) -> V3<L> {
     let c = matrix.to_cols_array();
-    let row = |r: usize| v.x * c[r] + v.y * c[4 + r] + v.z * c[8 + r];
-    v3(row(0), row(1), row(2))
+    v3(linear_row(&c, 0, v), linear_row(&c, 1, v), linear_row(&c, 2, v))
+}
+
+#[inline(always)]
+fn linear_row<L: Lanes>(c: &[f32; 16], row: usize, v: V3<L>) -> L {
+    v.x * c[row] + v.y * c[4 + row] + v.z * c[8 + row]
+}
+
+#[inline(always)]
+fn affine_row<L: Lanes>(c: &[f32; 16], row: usize, v: V3<L>) -> L {
+    linear_row(c, row, v) + c[12 + row]
 }

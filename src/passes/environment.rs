@@ -64,20 +64,20 @@ impl EnvironmentUniform {
     #[inline(always)]
     pub fn sky<L: Lanes>(&self, direction: V3<L>) -> V3<L> {
         let token = direction.x.token();
-        let splat = |v: Vec4| V3::splat(token, v.truncate());
+        let horizon = V3::splat(token, self.horizon.truncate());
         let zero = L::splat(token, 0.0);
         let y = Lanes::clamp(direction.y, -1.0, 1.0);
         let low = (-y + 1.0) * (-y + 1.0);
         let up = -(low * low) + 1.0;
         let down = Lanes::min(-y / 0.02, L::splat(token, 1.0));
-        let above = splat(self.horizon) + (splat(self.zenith) - splat(self.horizon)) * up;
-        let below = splat(self.horizon) + (splat(self.ground) - splat(self.horizon)) * down;
+        let above = horizon + (V3::splat(token, self.zenith.truncate()) - horizon) * up;
+        let below = horizon + (V3::splat(token, self.ground.truncate()) - horizon) * down;
         let mut radiance = V3::select(y.lt(zero), below, above);
         if self.disc.w > 0.0 {
             for sun in self.suns.iter().filter(|s| s.w > 0.0) {
-                let gap = direction + splat(*sun);
+                let gap = direction + V3::splat(token, sun.truncate());
                 let inside = gap.dot(gap).le(L::splat(token, self.disc.w));
-                radiance = V3::select(inside, radiance + splat(self.disc), radiance);
+                radiance = V3::select(inside, radiance + V3::splat(token, self.disc.truncate()), radiance);
             }
         }
         radiance

@@ -66,9 +66,8 @@ impl VertexShader for Vertex {
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
         let vertices: &[ReceiverVertex] = bindings.storage(1);
-        let fetch = |f: fn(&ReceiverVertex) -> f32| input.per_vertex(|i| vertices.get(i as usize).map_or(0.0, f));
-        let position = v3(fetch(|v| v.position_ws.x), fetch(|v| v.position_ws.y), fetch(|v| v.position_ws.z));
-        let normal = v3(fetch(|v| v.normal_ws.x), fetch(|v| v.normal_ws.y), fetch(|v| v.normal_ws.z));
+        let position = input.per_vertex4(|i| vertices.get(i as usize).map_or([0.0; 4], |v| v.position_ws.to_array())).xyz();
+        let normal = input.per_vertex4(|i| vertices.get(i as usize).map_or([0.0; 4], |v| v.normal_ws.to_array())).xyz();
         output.position = camera.project(position);
         output.set3(0, position);
         output.set3(3, normal);

@@ -42,11 +42,10 @@ impl FragmentShader for Fragment {
         let camera: &CameraUniform = bindings.uniform(0);
         let light: &LightUniform = bindings.uniform(1);
         let (position, normal) = (bindings.texture(2), bindings.texture(3));
-        let here = |texture, c| input.texel_here(texture, c);
-        let p = v3(here(position, 0), here(position, 1), here(position, 2));
-        let n: V3<L> = v3(here(normal, 0), here(normal, 1), here(normal, 2));
+        let p: V3<L> = input.texel3_here(position);
+        let n = input.texel3_here(normal);
         let (zero, one) = (p.x.like(0.0), p.x.like(1.0));
-        let exists = here(position, 3).gt(zero);
+        let exists = input.texel_here(position, 3).gt(zero);
         let wet = camera.under_water(p) & exists;
         let dry = exists & !wet;
         let sampler = bindings.sampler(6);

@@ -13,6 +13,7 @@ use crate::pipeline::{BindingKind, Bindings};
 use super::camera::CameraUniform;
 use super::environment::EnvironmentUniform;
 use super::fullscreen::FullscreenVertex;
+use super::geometry_buffer::MaterialKind;
 
 /// Bindings: camera, environment, position, normal, albedo, direct, caustic irradiance.
 pub const BINDINGS: [BindingKind; 7] = [
@@ -38,19 +39,17 @@ impl FragmentShader for Fragment {
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
         let environment: &EnvironmentUniform = bindings.uniform(1);
-        let three = |binding: usize| {
-            let texture = bindings.texture(binding);
-            v3(input.texel_here(texture, 0), input.texel_here(texture, 1), input.texel_here(texture, 2))
-        };
         let kind = input.texel_here(bindings.texture(2), 3);
-        let (p, n, albedo): (V3<L>, V3<L>, V3<L>) = (three(2), three(3), three(4));
+        let p: V3<L> = input.texel3_here(bindings.texture(2));
+        let n = input.texel3_here(bindings.texture(3));
+        let albedo = input.texel3_here(bindings.texture(4));
         let zero = p.x.like(0.0);
         // Ambient light under water has come down from the surface.
         let wet = camera.under_water(p);
         let depth = L::select(wet, -(p.y - camera.water.x), zero);
         let ambient = V3::splat(input.token, environment.ambient.truncate())
             .hadamard(beer_lambert_rgb(environment.sigma_t.truncate(), Lanes::max(depth, zero)));
-        let irradiance = ambient + three(5) + three(6);
+        let irradiance = ambient + input.texel3_here(bindings.texture(5)) + input.texel3_here(bindings.texture(6));
         let diffuse = albedo.hadamard(irradiance) * p.x.like(std::f32::consts::FRAC_1_PI);
 
         let view = camera.view_direction(p);
@@ -60,8 +59,9 @@ impl FragmentShader for Fragment {
         let cos = Lanes::clamp(-n.dot(view), 0.0, 1.0);
         let share = fresnel_reflectance(cos, 1.0, 1.5);
         let glass = mirrored * share + environment.sky(view) * (-share + 1.0);
-        let is = |k: f32| kind.equals(kind.like(1.0 + k));
-        let radiance = V3::select(is(1.0), mirror, V3::select(is(2.0), glass, diffuse));
+        let is_mirror = kind.equals(kind.like(1.0 + MaterialKind::Mirror as u8 as f32));
+        let is_glass = kind.equals(kind.like(1.0 + MaterialKind::Dielectric as u8 as f32));
+        let radiance = V3::select(is_mirror, mirror, V3::select(is_glass, glass, diffuse));
         let radiance = V3::select(kind.gt(zero), radiance, v3(zero, zero, zero));
         output.color[0] = v4(radiance.x, radiance.y, radiance.z, p.x.like(1.0));
     }

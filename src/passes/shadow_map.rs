@@ -148,10 +148,10 @@ pub fn water_program() -> Arc<Program> {
     Arc::new(Program { fragment: None, bindings: BINDINGS.to_vec(), ..Program::new("shadow_map_water", WaterVertex, NoFragment) })
 }
 
+#[inline(always)]
 fn fetch<L: Lanes>(bindings: &Bindings<'_>, input: &VertexInput<'_, L>) -> V3<L> {
     let vertices: &[ReceiverVertex] = bindings.storage(1);
-    let axis = |a: usize| input.per_vertex(|i| vertices.get(i as usize).map_or(0.0, |v| v.position_ws[a]));
-    v3(axis(0), axis(1), axis(2))
+    input.per_vertex4(|i| vertices.get(i as usize).map_or([0.0; 4], |v| v.position_ws.to_array())).xyz()
 }
 
 struct AirVertex;

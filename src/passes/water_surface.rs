@@ -89,10 +89,9 @@ impl FragmentShader for Background {
         let camera: &CameraUniform = bindings.uniform(0);
         let environment: &EnvironmentUniform = bindings.uniform(1);
         let (position, radiance) = (bindings.texture(2), bindings.texture(3));
-        let here = |texture, c| input.texel_here(texture, c);
-        let p: V3<L> = v3(here(position, 0), here(position, 1), here(position, 2));
-        let exists = here(position, 3).gt(p.x.like(0.0));
-        let seen = v3(here(radiance, 0), here(radiance, 1), here(radiance, 2));
+        let p: V3<L> = input.texel3_here(position);
+        let exists = input.texel_here(position, 3).gt(p.x.like(0.0));
+        let seen = input.texel3_here(radiance);
         let ray = camera.ray(input.position.x, input.position.y);
         let color = if camera.water.z > 0.0 {
             // The eye is under water: everything is seen through it.
@@ -113,13 +112,12 @@ impl VertexShader for SurfaceVertex {
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
         let vertices: &[WaterVertex] = bindings.storage(4);
-        let p = |a: usize| input.per_vertex(|i| vertices.get(i as usize).map_or(0.0, |v| v.position_ws[a]));
-        let n = |a: usize| input.per_vertex(|i| vertices.get(i as usize).map_or(0.0, |v| v.normal_ws[a]));
-        let position = v3(p(0), p(1), p(2));
+        let position = input.per_vertex4(|i| vertices.get(i as usize).map_or([0.0; 4], |v| v.position_ws.to_array())).xyz();
+        let normal = input.per_vertex4(|i| vertices.get(i as usize).map_or([0.0; 4], |v| v.normal_ws.to_array())).xyz();
         // The surface is seen where it is: only what lies under it is raised.
         output.position = transform_point(&camera.clip_from_world, position);
         output.set3(0, position);
-        output.set3(3, v3(n(0), n(1), n(2)));
+        output.set3(3, normal);
     }
 }
 

@@ -101,7 +101,7 @@ impl<'a> Bindings<'a> {
     }
 
     /// The struct at the start of a uniform binding.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn uniform<T: AnyBitPattern>(&self, binding: usize) -> &'a T {
         match self.entries[binding] {
@@ -109,11 +109,11 @@ impl<'a> Bindings<'a> {
                 let start = offset + if dynamic { self.dynamic_offset } else { 0 };
                 bytemuck::from_bytes(&buffer.bytes()[start..start + size_of::<T>()])
             }
-            other => panic!("binding {binding} is not a uniform buffer: {other:?}"),
+            other => wrong_kind(binding, "uniform buffer", other),
         }
     }
     /// The elements of a storage binding.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn storage<T: AnyBitPattern>(&self, binding: usize) -> &'a [T] {
         match self.entries[binding] {
@@ -121,16 +121,16 @@ impl<'a> Bindings<'a> {
                 let whole = buffer.len() / size_of::<T>() * size_of::<T>();
                 bytemuck::cast_slice(&buffer.bytes()[..whole])
             }
-            other => panic!("binding {binding} is not a storage buffer: {other:?}"),
+            other => wrong_kind(binding, "storage buffer", other),
         }
     }
     /// A texture binding.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn texture(&self, binding: usize) -> &'a Texture {
         match self.entries[binding] {
             Binding::Texture(texture) => texture,
-            other => panic!("binding {binding} is not a texture: {other:?}"),
+            other => wrong_kind(binding, "texture", other),
         }
     }
     /// A sampler binding.
@@ -139,7 +139,7 @@ impl<'a> Bindings<'a> {
     pub fn sampler(&self, binding: usize) -> Sampler {
         match self.entries[binding] {
             Binding::Sampler(sampler) => sampler,
-            other => panic!("binding {binding} is not a sampler: {other:?}"),
+            other => wrong_kind(binding, "sampler", other),
         }
     }
 
@@ -171,4 +171,9 @@ impl<'a> Bindings<'a> {
             }
         })
     }
+}
+
+#[cold]
+fn wrong_kind(binding: usize, wanted: &str, found: Binding<'_>) -> ! {
+    panic!("binding {binding} is not a {wanted}: {found:?}")
 }

@@ -186,6 +186,17 @@ impl Bins {
 
     #[inline(always)]
     fn push(&mut self, tile: usize, record: Record) {
+        *self.next_slot(tile) = record;
+    }
+
+    /// Where the next record of the tile in this row and column goes.
+    #[inline(always)]
+    pub fn slot(&mut self, row: usize, column: usize) -> &mut Record {
+        self.next_slot(row * self.tiles_x + column)
+    }
+
+    #[inline(always)]
+    fn next_slot(&mut self, tile: usize) -> &mut Record {
         let bin = &mut self.bins[tile];
         let slot = bin.count as usize % SEGMENT;
         if slot == 0 {
@@ -202,8 +213,8 @@ impl Bins {
             }
             bin.tail = segment;
         }
-        self.records[bin.tail as usize * SEGMENT + slot] = record;
         bin.count += 1;
+        &mut self.records[bin.tail as usize * SEGMENT + slot]
     }
 
     /// The segments of a tile's bin, in order.

@@ -17,20 +17,31 @@ pub(super) struct TargetPlan {
     quantizer: Quantizer,
     /// Unorm targets clamp source and constant to 0..=1 before blending [D3D11.3 §17.5].
     clamp: bool,
+    /// Plain additive f32: the sum of what was there and what the shader gave, in every channel.
+    pub additive_f32: bool,
 }
 
 impl TargetPlan {
     pub fn new(state: &ColorTargetState, info: FormatInfo, f16: F16Rounding) -> Self {
         let clamp = matches!(info.kind, ChannelKind::Unorm8 | ChannelKind::Srgb8);
         let quantizer = Quantizer::new(info.kind, f16);
-        Self { channels: info.channels, blend: state.blend, write_mask: state.write_mask, quantizer, clamp }
+        let additive = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
+        let all = (1u32 << info.channels) - 1;
+        let additive_f32 = quantizer == Quantizer::Exact
+            && state.write_mask.bits() & all == all
+            && state.blend.is_some_and(|b| b.color == additive && b.alpha == additive);
+        Self { channels: info.channels, blend: state.blend, write_mask: state.write_mask, quantizer, clamp, additive_f32 }
     }
 
-    /// Plain additive f32: the sum of what was there and what the shader gave, in every channel.
-    pub fn is_additive_f32(&self) -> bool {
-        let additive = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
-        let all = (0..self.channels).all(|c| self.writes(c));
-        self.quantizer == Quantizer::Exact && all && self.blend.is_some_and(|b| b.color == additive && b.alpha == additive)
+    /// A block's colours as they are blended.
+    #[inline(always)]
+    fn load_source<S: Simd>(&self, simd: S, from: &[f32]) -> [f32x16<S>; 4] {
+        let mut components = [<f32x16<S> as Lanes>::splat(simd, 0.0); 4];
+        for (component, from) in components.iter_mut().zip(from.chunks_exact(16)) {
+            let value = <f32x16<S> as Lanes>::load(simd, from);
+            *component = if self.clamp { Lanes::clamp(value, 0.0, 1.0) } else { value };
+        }
+        components
     }
 
     /// Whether a channel is written at all.
@@ -54,13 +65,16 @@ impl TargetPlan {
         constant: [f32; 4],
     ) {
         let lanes = mask32x16::from_bitmask(simd, u64::from(mask));
-        let load4 = |from: &[f32]| {
-            [0, 1, 2, 3].map(|c: usize| {
-                let value = <f32x16<S> as Lanes>::load(simd, &from[c * 16..]);
-                if self.clamp { Lanes::clamp(value, 0.0, 1.0) } else { value }
-            })
-        };
-        let src = load4(source);
+        if self.additive_f32 {
+            for (c, source) in source.chunks_exact(16).enumerate().take(self.channels) {
+                let plane = &mut planes[c * TILE_PIXELS + offset..][..16];
+                let old = <f32x16<S> as Lanes>::load(simd, plane);
+                let sum = <f32x16<S> as Lanes>::load(simd, source) + old;
+                Lanes::store(<f32x16<S> as Lanes>::select(lanes, sum, old), plane);
+            }
+            return;
+        }
+        let src = self.load_source(simd, source);
         let mut result = src;
         if let Some(blend) = self.blend {
             let one = <f32x16<S> as Lanes>::splat(simd, 1.0);
@@ -69,8 +83,11 @@ impl TargetPlan {
             for (c, value) in dst.iter_mut().enumerate().take(self.channels) {
                 *value = Lanes::load(simd, &planes[c * TILE_PIXELS + offset..]);
             }
-            let constant = constant.map(|v| <f32x16<S> as Lanes>::splat(simd, if self.clamp { v.clamp(0.0, 1.0) } else { v }));
-            let operands = Operands { src, src1: load4(source1), dst, constant };
+            let mut constants = [zero; 4];
+            for (lanes, v) in constants.iter_mut().zip(constant) {
+                *lanes = Lanes::splat(simd, if self.clamp { v.clamp(0.0, 1.0) } else { v });
+            }
+            let operands = Operands { src, src1: self.load_source(simd, source1), dst, constant: constants };
             for (c, value) in result.iter_mut().enumerate().take(self.channels) {
                 let component = if c == 3 { blend.alpha } else { blend.color };
                 *value = operands.blend(component, c);
@@ -101,11 +118,11 @@ impl<S: Simd> Operands<S> {
     #[inline(always)]
     fn blend(&self, component: BlendComponent, c: usize) -> f32x16<S> {
         let (s, d) = (self.src[c], self.dst[c]);
-        let scaled = |value, factor| self.scale(value, factor, c);
+        let (scaled_s, scaled_d) = (self.scale(s, component.src_factor, c), self.scale(d, component.dst_factor, c));
         match component.operation {
-            BlendOperation::Add => scaled(s, component.src_factor) + scaled(d, component.dst_factor),
-            BlendOperation::Subtract => scaled(s, component.src_factor) - scaled(d, component.dst_factor),
-            BlendOperation::ReverseSubtract => scaled(d, component.dst_factor) - scaled(s, component.src_factor),
+            BlendOperation::Add => scaled_s + scaled_d,
+            BlendOperation::Subtract => scaled_s - scaled_d,
+            BlendOperation::ReverseSubtract => scaled_d - scaled_s,
             BlendOperation::Min => Lanes::min(s, d),
             BlendOperation::Max => Lanes::max(s, d),
         }
@@ -113,29 +130,33 @@ impl<S: Simd> Operands<S> {
 
     #[inline(always)]
     fn scale(&self, value: f32x16<S>, factor: BlendFactor, c: usize) -> f32x16<S> {
-        let one = |x: f32x16<S>| -x + 1.0;
         let f = match factor {
             BlendFactor::Zero => value * 0.0,
             BlendFactor::One => return value,
             BlendFactor::Src => self.src[c],
-            BlendFactor::OneMinusSrc => one(self.src[c]),
+            BlendFactor::OneMinusSrc => one_minus(self.src[c]),
             BlendFactor::SrcAlpha => self.src[3],
-            BlendFactor::OneMinusSrcAlpha => one(self.src[3]),
+            BlendFactor::OneMinusSrcAlpha => one_minus(self.src[3]),
             BlendFactor::Dst => self.dst[c],
-            BlendFactor::OneMinusDst => one(self.dst[c]),
+            BlendFactor::OneMinusDst => one_minus(self.dst[c]),
             BlendFactor::DstAlpha => self.dst[3],
-            BlendFactor::OneMinusDstAlpha => one(self.dst[3]),
+            BlendFactor::OneMinusDstAlpha => one_minus(self.dst[3]),
             BlendFactor::SrcAlphaSaturated if c == 3 => return value,
-            BlendFactor::SrcAlphaSaturated => Lanes::min(self.src[3], one(self.dst[3])),
+            BlendFactor::SrcAlphaSaturated => Lanes::min(self.src[3], one_minus(self.dst[3])),
             BlendFactor::Constant => self.constant[c],
-            BlendFactor::OneMinusConstant => one(self.constant[c]),
+            BlendFactor::OneMinusConstant => one_minus(self.constant[c]),
             BlendFactor::Src1 => self.src1[c],
-            BlendFactor::OneMinusSrc1 => one(self.src1[c]),
+            BlendFactor::OneMinusSrc1 => one_minus(self.src1[c]),
             BlendFactor::Src1Alpha => self.src1[3],
-            BlendFactor::OneMinusSrc1Alpha => one(self.src1[3]),
+            BlendFactor::OneMinusSrc1Alpha => one_minus(self.src1[3]),
         };
         if factor == BlendFactor::Zero { f } else { value * f }
     }
+}
+
+#[inline(always)]
+fn one_minus<S: Simd>(x: f32x16<S>) -> f32x16<S> {
+    -x + 1.0
 }
 
 /// True if the factor reads the second source of dual-source blending.

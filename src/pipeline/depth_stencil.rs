@@ -1,6 +1,6 @@
 //! Depth and stencil tests and the stencil operations, for one fragment and for a 4x4 block.
 
-use fearless_simd::{Simd, SimdBase, SimdMask, f32x16, mask8x16, mask32x16, u8x16};
+use fearless_simd::{Simd, SimdBase, SimdMask, mask8x16, u8x16};
 
 use crate::math::lanes::Lanes;
 
@@ -22,18 +22,18 @@ pub fn compare(function: CompareFunction, a: f32, b: f32) -> bool {
     }
 }
 
-/// [`compare`] for sixteen lanes.
+/// [`compare`] lane by lane.
 #[inline(always)]
-pub(super) fn compare16<S: Simd>(simd: S, function: CompareFunction, a: f32x16<S>, b: f32x16<S>) -> mask32x16<S> {
+pub(super) fn compare_lanes<L: Lanes>(function: CompareFunction, a: L, b: L) -> L::Mask {
     match function {
-        CompareFunction::Never => mask32x16::splat(simd, false),
-        CompareFunction::Less => Lanes::lt(a, b),
-        CompareFunction::Equal => Lanes::equals(a, b),
-        CompareFunction::LessEqual => Lanes::le(a, b),
-        CompareFunction::Greater => Lanes::lt(b, a),
-        CompareFunction::NotEqual => !Lanes::equals(a, b),
-        CompareFunction::GreaterEqual => Lanes::le(b, a),
-        CompareFunction::Always => mask32x16::splat(simd, true),
+        CompareFunction::Never => a.lt(a),
+        CompareFunction::Less => a.lt(b),
+        CompareFunction::Equal => a.equals(b),
+        CompareFunction::LessEqual => a.le(b),
+        CompareFunction::Greater => b.lt(a),
+        CompareFunction::NotEqual => !a.equals(b),
+        CompareFunction::GreaterEqual => b.le(a),
+        CompareFunction::Always => !a.lt(a),
     }
 }
 

@@ -70,7 +70,7 @@ pub struct FragmentEvent {
     pub stencil_before: u8,
     /// Stencil after.
     pub stencil_after: u8,
-    /// What the shader gave for target 0; zeros where it did not run.
+    /// What the shader gave for target 0; zeros where it did not run, and for fragments it discarded.
     pub shader_color: [f32; 4],
     /// Target 0 before.
     pub color_before: [f32; 4],

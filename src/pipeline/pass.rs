@@ -22,13 +22,16 @@ use super::shader::{Execution, ShaderWidth};
 use super::state::{Color, MAX_COLOR_TARGETS, PixelRect, TextureFormat, VertexStepMode, Viewport};
 use super::statistics::{PipelineStatistics, StreamOutStatistics};
 use super::texture::{Surface, TILE, TILE_PIXELS};
-use super::tile::{TileContext, TileCounters, TileScratch, TileTargets, run_tile};
+use super::tile::{DrawState, TileContext, TileCounters, TileScratch, TileTargets, run_tile};
 
 /// Fewest and most output primitives of a chunk. Between them a pass has about [`CHUNKS`].
-const CHUNK_PRIMITIVES: Range<u64> = 512..16_384;
+const CHUNK_PRIMITIVES: Range<u64> = 512..4_096;
 const CHUNKS: u64 = 48;
-/// Chunks that are run between two looks at the byte budget.
-const CHUNK_GROUP: usize = 16;
+/// Per thread: chunks that are run between two looks at the bins' size.
+const CHUNK_GROUP: usize = 4;
+/// Per thread: bytes of bins after which the tiles run, whatever the budget. Bins that leave the cache before they are read make
+/// small primitives twice as dear.
+const WAVE_BYTES: usize = 4 << 20;
 
 /// Where passes run: threads, SIMD level, memory. Results do not depend on any of them.
 pub struct Device {
@@ -48,7 +51,7 @@ pub struct DeviceOptions {
     pub level: Option<Level>,
     /// Lanes per shader call. Default: sixteen.
     pub width: ShaderWidth,
-    /// Bytes of bins before the tiles run. Default: 256 MiB.
+    /// Most bytes of bins before the tiles run. Default: 256 MiB.
     pub bin_budget_bytes: usize,
 }
 
@@ -97,10 +100,10 @@ impl Device {
         self.pool.current_num_threads()
     }
 
-    /// Most bytes that bins may take before a wave is flushed.
+    /// Bytes that bins may take before a wave is flushed: a few MiB per thread, or less if the budget is less.
     #[must_use]
-    pub fn bin_budget_bytes(&self) -> usize {
-        self.bin_budget_bytes
+    pub fn wave_bytes(&self) -> usize {
+        self.bin_budget_bytes.min(WAVE_BYTES * self.threads())
     }
 
     /// Runs other data-parallel work on the device's threads.
@@ -230,7 +233,7 @@ pub struct PassOutput {
     pub queries: Vec<u64>,
     /// Per stream-out target.
     pub stream_out: Vec<StreamOutStatistics>,
-    /// Times that the tiles ran.
+    /// Times that the tiles ran: the one number here that depends on the device.
     pub waves: u32,
 }
 
@@ -403,10 +406,11 @@ impl<'p, 'a> PassRun<'p, 'a> {
 
     fn run(mut self, mut observer: Option<&mut dyn Observer>) -> PassOutput {
         let assemblies: Vec<Assembly> = self.pass.draws.iter().map(assembly_of).collect();
+        let states: Vec<DrawState<'_>> = self.pass.draws.iter().map(DrawState::of).collect();
         let (parts, chunks) = plan(&self.pass.draws, &assemblies);
         let mut wave: Vec<ChunkOutput> = Vec::new();
         let mut wave_bytes = 0;
-        for group in chunks.chunks(CHUNK_GROUP) {
+        for group in chunks.chunks(CHUNK_GROUP * self.device.threads()) {
             let context = ChunkContext {
                 draws: &self.pass.draws,
                 assemblies: &assemblies,
@@ -438,26 +442,26 @@ impl<'p, 'a> PassRun<'p, 'a> {
             for chunk in &wave[first..] {
                 append_stream_out(&self.pass.draws, &mut self.pass.stream_out, &mut self.output.stream_out, chunk);
             }
-            if wave_bytes >= self.device.bin_budget_bytes {
-                self.flush(&wave, reborrow(&mut observer));
+            if wave_bytes >= self.device.wave_bytes() {
+                self.flush(&states, &wave, reborrow(&mut observer));
                 self.device.give_back(std::mem::take(&mut wave));
                 wave_bytes = 0;
             }
         }
         if !wave.is_empty() || self.output.waves == 0 {
-            self.flush(&wave, reborrow(&mut observer));
+            self.flush(&states, &wave, reborrow(&mut observer));
         }
         self.device.give_back(wave);
         self.output
     }
 
     /// Runs the tiles over a wave of chunks; the first time, clears them.
-    fn flush(&mut self, wave: &[ChunkOutput], mut observer: Option<&mut dyn Observer>) {
+    fn flush(&mut self, states: &[DrawState<'_>], wave: &[ChunkOutput], mut observer: Option<&mut dyn Observer>) {
         let clear = self.output.waves == 0;
         self.output.waves += 1;
         let pass = &mut *self.pass;
         let clears = Clears::of(pass);
-        let context = TileContext { draws: &pass.draws, execution: self.device.execution };
+        let context = TileContext { draws: &pass.draws, states, execution: self.device.execution };
         let tiles = split_tiles(&mut pass.color, &mut pass.depth_stencil, self.tiles.0 * self.tiles.1);
         let tiles_x = self.tiles.0;
         let run = |tile: usize, mut targets: TileTargets<'_>, scratch: &mut TileScratch, observer: Option<&mut dyn Observer>| {

@@ -1,25 +1,34 @@
 //! Coverage: walks the 4x4 blocks of one record inside one tile and hands each touched block to a sink.
 //!
 //! A block's sixteen edge values are one vector add away from the record's; inside means that no edge is negative, which is
-//! one comparison of the three or-ed together. Records wider than a 16x16 region first accept or reject whole regions.
+//! one comparison of the three or-ed together. A record over more than a few blocks is first asked about sixteen blocks at a time, a 16x16
+//! region: each edge's greatest and least value in every block tell which are outside and which are covered whole, so that the loops over
+//! blocks run over set bits and hardly ever guess wrong. One over several regions first accepts or rejects whole regions.
 
 use fearless_simd::{Simd, SimdBase, SimdFrom, SimdMask, i32x16, mask32x16};
 
 use super::bins::{Record, flag};
+use super::texture::TILE;
 
 /// Takes the covered pixels of a record.
 pub(super) trait BlockSink<S: Simd> {
-    /// A 4x4 block at pixel (bx, by) of the tile; at least one lane of `mask` may be set.
+    /// Whether a block without covered pixels costs less than a wrong guess about it, some twenty cycles.
+    const TAKES_EMPTY: bool = false;
+
+    /// The pixels in `mask` of the 4x4 block at pixel (bx, by) of the tile; not empty unless [`Self::TAKES_EMPTY`].
     fn block(&mut self, simd: S, record: &Record, bx: i32, by: i32, mask: mask32x16<S>);
+
+    /// A wholly covered block.
+    #[inline(always)]
+    fn full_block(&mut self, simd: S, record: &Record, bx: i32, by: i32) {
+        self.block(simd, record, bx, by, mask32x16::splat(simd, true));
+    }
 
     /// A wholly covered 16x16 region at pixel (rx, ry) of the tile.
     #[inline(always)]
     fn region(&mut self, simd: S, record: &Record, rx: i32, ry: i32) {
-        let all = mask32x16::splat(simd, true);
-        for by in (ry..ry + 16).step_by(4) {
-            for bx in (rx..rx + 16).step_by(4) {
-                self.block(simd, record, bx, by, all);
-            }
+        for block in 0..16 {
+            self.full_block(simd, record, rx + (block & 3) * 4, ry + (block >> 2) * 4);
         }
     }
 }
@@ -28,6 +37,8 @@ pub(super) trait BlockSink<S: Simd> {
 pub(super) const LANE_X: [i32; 16] = [0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3];
 /// Rows of the lanes of a block.
 pub(super) const LANE_Y: [i32; 16] = [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3];
+/// Up to so many blocks are looked at one by one.
+const FEW_BLOCKS: i32 = 4;
 
 /// Edge functions of a record, in lanes and at the tile's origin.
 struct WalkEdges<S: Simd> {
@@ -35,29 +46,89 @@ struct WalkEdges<S: Simd> {
     b: [i32; 3],
     c: [i32; 3],
     lanes: [i32x16<S>; 3],
+    /// Bounds: first and last column and row, inclusive.
+    bounds: [i32; 4],
+    /// Coverage must be cut to the bounds.
+    rect: bool,
+}
+
+impl<S: Simd> WalkEdges<S> {
+    #[inline(always)]
+    fn new(simd: S, record: &Record) -> Self {
+        let column = i32x16::simd_from(simd, LANE_X);
+        let row = i32x16::simd_from(simd, LANE_Y);
+        let [x0, y0, x1, y1] = record.bounds;
+        let mut edges = Self {
+            a: [record.a[0], record.a[1], -(record.a[0] + record.a[1])],
+            b: [record.b[0], record.b[1], -(record.b[0] + record.b[1])],
+            c: record.c,
+            lanes: [column; 3],
+            bounds: [i32::from(x0), i32::from(y0), i32::from(x1), i32::from(y1)],
+            rect: record.flags & flag::RECT != 0,
+        };
+        for i in 0..3 {
+            if record.flags >> i & 1 == 1 {
+                edges.a[i] = 0;
+                edges.b[i] = 0;
+                edges.c[i] = 0;
+            }
+            edges.lanes[i] = column * edges.a[i] + row * edges.b[i];
+        }
+        edges
+    }
+
+    /// Edge `i` at a pixel of the tile.
+    #[inline(always)]
+    fn at(&self, i: usize, x: i32, y: i32) -> i32 {
+        self.c[i] + self.a[i] * x + self.b[i] * y
+    }
+
+    /// Covered pixels of the block at (bx, by).
+    #[inline(always)]
+    fn coverage(&self, simd: S, bx: i32, by: i32) -> mask32x16<S> {
+        let mut outside =
+            (self.lanes[0] + self.at(0, bx, by)) | (self.lanes[1] + self.at(1, bx, by)) | (self.lanes[2] + self.at(2, bx, by));
+        if self.rect {
+            // The same trick for the four sides of the bounds.
+            let [x0, y0, x1, y1] = self.bounds;
+            let column = i32x16::simd_from(simd, LANE_X);
+            let row = i32x16::simd_from(simd, LANE_Y);
+            outside = outside | (column + (bx - x0)) | (-column + (x1 - bx)) | (row + (by - y0)) | (-row + (y1 - by));
+        }
+        outside.simd_ge(i32x16::splat(simd, 0))
+    }
 }
 
 /// Hands every touched block of a record to the sink.
 #[inline(always)]
 pub(super) fn walk<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, sink: &mut K) {
-    let column = i32x16::simd_from(simd, LANE_X);
-    let row = i32x16::simd_from(simd, LANE_Y);
-    let mut edges = WalkEdges {
-        a: [record.a[0], record.a[1], -(record.a[0] + record.a[1])],
-        b: [record.b[0], record.b[1], -(record.b[0] + record.b[1])],
-        c: record.c,
-        lanes: [column; 3],
-    };
-    for i in 0..3 {
-        if record.flags >> i & 1 == 1 {
-            edges.a[i] = 0;
-            edges.b[i] = 0;
-            edges.c[i] = 0;
-        }
-        edges.lanes[i] = column * edges.a[i] + row * edges.b[i];
+    if record.flags & flag::ACCEPT == flag::ACCEPT {
+        return walk_rectangle(simd, record, sink);
     }
-    let [x0, y0, x1, y1] = record.bounds.map(i32::from);
-    let rect = record.flags & flag::RECT != 0;
+    let edges = WalkEdges::new(simd, record);
+    let [x0, y0, x1, y1] = edges.bounds;
+    let (columns, rows) = ((x1 >> 2) - (x0 >> 2) + 1, (y1 >> 2) - (y0 >> 2) + 1);
+    if K::TAKES_EMPTY && columns <= 2 && rows <= 2 {
+        // Which of the four blocks are touched is beyond prediction. One beyond the tile's edge has no pixels, and another's place.
+        for block in 0..4 {
+            let (bx, by) = ((x0 & !3) + (block & 1) * 4, (y0 & !3) + (block >> 1) * 4);
+            let exists = (block & 1) < columns && (block >> 1) < rows;
+            let mask = edges.coverage(simd, bx, by) & mask32x16::splat(simd, exists);
+            sink.block(simd, record, bx.min(60), by.min(60), mask);
+        }
+        return;
+    }
+    if columns * rows <= FEW_BLOCKS {
+        for by in ((y0 & !3)..=y1).step_by(4) {
+            for bx in ((x0 & !3)..=x1).step_by(4) {
+                let mask = edges.coverage(simd, bx, by);
+                if mask.any_true() {
+                    sink.block(simd, record, bx, by, mask);
+                }
+            }
+        }
+        return;
+    }
     let single = (x0 >> 4) == (x1 >> 4) && (y0 >> 4) == (y1 >> 4);
     for ry in ((y0 & !15)..=y1).step_by(16) {
         for rx in ((x0 & !15)..=x1).step_by(16) {
@@ -66,7 +137,7 @@ pub(super) fn walk<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, sink: &mu
                 let mut outside = false;
                 let mut inside = true;
                 for i in 0..3 {
-                    let at = edges.c[i] + edges.a[i] * rx + edges.b[i] * ry;
+                    let at = edges.at(i, rx, ry);
                     outside |= at + 15 * (edges.a[i].max(0) + edges.b[i].max(0)) < 0;
                     inside &= at + 15 * (edges.a[i].min(0) + edges.b[i].min(0)) >= 0;
                 }
@@ -74,35 +145,106 @@ pub(super) fn walk<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, sink: &mu
                     continue;
                 }
                 let within_bounds = rx >= x0 && ry >= y0 && rx + 15 <= x1 && ry + 15 <= y1;
-                if inside && (within_bounds || !rect) {
+                if inside && (within_bounds || !edges.rect) {
                     sink.region(simd, record, rx, ry);
                     continue;
                 }
             }
-            let part = [x0.max(rx), y0.max(ry), x1.min(rx + 15), y1.min(ry + 15)];
-            walk_blocks(simd, record, &edges, part, rect, sink);
+            walk_region(simd, record, &edges, rx, ry, sink);
         }
     }
 }
 
+/// The blocks of a record that covers its bounds: a sprite, or a tile's part of a large triangle.
 #[inline(always)]
-fn walk_blocks<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, edges: &WalkEdges<S>, part: [i32; 4], rect: bool, sink: &mut K) {
-    let [x0, y0, x1, y1] = part;
+fn walk_rectangle<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, sink: &mut K) {
+    let [x0, y0, x1, y1] = record.bounds.map(i32::from);
+    if [x0, y0, x1, y1] == [0, 0, TILE as i32 - 1, TILE as i32 - 1] {
+        for region in 0..16 {
+            sink.region(simd, record, (region & 3) * 16, (region >> 2) * 16);
+        }
+        return;
+    }
+    if K::TAKES_EMPTY && (x1 >> 2) - (x0 >> 2) < 2 && (y1 >> 2) - (y0 >> 2) < 2 {
+        for block in 0..4 {
+            let (bx, by) = ((x0 & !3) + (block & 1) * 4, (y0 & !3) + (block >> 1) * 4);
+            let covered = block_range(x0 - bx, x1 - bx, y0 - by, y1 - by);
+            sink.block(simd, record, bx.min(60), by.min(60), mask32x16::from_bitmask(simd, u64::from(covered)));
+        }
+        return;
+    }
     for by in ((y0 & !3)..=y1).step_by(4) {
         for bx in ((x0 & !3)..=x1).step_by(4) {
-            let at = |i: usize| edges.lanes[i] + (edges.c[i] + edges.a[i] * bx + edges.b[i] * by);
-            let mut outside = at(0) | at(1) | at(2);
-            if rect {
-                // The same trick for the four sides of the bounds.
-                let column = i32x16::simd_from(simd, LANE_X);
-                let row = i32x16::simd_from(simd, LANE_Y);
-                let (left, right) = (column + (bx - x0), -column + (x1 - bx));
-                let (top, bottom) = (row + (by - y0), -row + (y1 - by));
-                outside = outside | left | right | top | bottom;
+            // A block's pixels are numbered like a region's blocks.
+            let covered = block_range(x0 - bx, x1 - bx, y0 - by, y1 - by);
+            if covered == 0xffff {
+                sink.full_block(simd, record, bx, by);
+            } else {
+                sink.block(simd, record, bx, by, mask32x16::from_bitmask(simd, u64::from(covered)));
             }
-            let mask = outside.simd_ge(i32x16::splat(simd, 0));
-            if mask.any_true() {
-                sink.block(simd, record, bx, by, mask);
+        }
+    }
+}
+
+/// The blocks of the region at (rx, ry): whole ones first, then those that an edge crosses.
+#[inline(always)]
+fn walk_region<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, edges: &WalkEdges<S>, rx: i32, ry: i32, sink: &mut K) {
+    let zero = i32x16::splat(simd, 0);
+    let (mut greatest, mut least) = (zero, zero);
+    for i in 0..3 {
+        // The lanes of a block, four times as far apart, are the first pixels of a region's blocks.
+        let first = (edges.lanes[i] << 2) + edges.at(i, rx, ry);
+        greatest = greatest | (first + 3 * (edges.a[i].max(0) + edges.b[i].max(0)));
+        least = least | (first + 3 * (edges.a[i].min(0) + edges.b[i].min(0)));
+    }
+    let [x0, y0, x1, y1] = edges.bounds;
+    let touched = greatest.simd_ge(zero).to_bitmask() as u32 & block_range((x0 - rx) >> 2, (x1 - rx) >> 2, (y0 - ry) >> 2, (y1 - ry) >> 2);
+    let mut full = touched & least.simd_ge(zero).to_bitmask() as u32;
+    if edges.rect {
+        full &= block_range((x0 - rx + 3) >> 2, ((x1 - rx + 1) >> 2) - 1, (y0 - ry + 3) >> 2, ((y1 - ry + 1) >> 2) - 1);
+    }
+    let mut part = touched & !full;
+    while full != 0 {
+        let block = full.trailing_zeros() as i32;
+        full &= full - 1;
+        sink.full_block(simd, record, rx + (block & 3) * 4, ry + (block >> 2) * 4);
+    }
+    while part != 0 {
+        let block = part.trailing_zeros() as i32;
+        part &= part - 1;
+        let (bx, by) = (rx + (block & 3) * 4, ry + (block >> 2) * 4);
+        let mask = edges.coverage(simd, bx, by);
+        if mask.any_true() {
+            sink.block(simd, record, bx, by, mask);
+        }
+    }
+}
+
+/// The blocks of a region in columns x0..=x1 and rows y0..=y1, as far as they exist, bit = 4·row + column.
+#[inline(always)]
+fn block_range(x0: i32, x1: i32, y0: i32, y1: i32) -> u32 {
+    // Columns below the end less those below the start; without a branch, an end before the start gives none.
+    let below = |end: i32| (1u32 << end.clamp(0, 4)) - 1;
+    let rows_below = |end: i32| (1u32 << (4 * end.clamp(0, 4))) - 1;
+    let columns = (below(x1 + 1) & !below(x0)) * 0x1111;
+    columns & rows_below(y1 + 1) & !rows_below(y0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::block_range;
+
+    #[test]
+    fn block_range_names_the_blocks_of_every_rectangle() {
+        for x0 in -2..6 {
+            for x1 in -2..6 {
+                for y0 in -2..6 {
+                    for y1 in -2..6 {
+                        let inside = |b: i32| (x0..=x1).contains(&(b & 3)) && (y0..=y1).contains(&(b >> 2));
+                        let expected = (0..16).filter(|b| inside(*b)).fold(0, |bits, b| bits | 1 << b);
+                        assert_eq!(block_range(x0, x1, y0, y1), expected, "{x0} {x1} {y0} {y1}");
+                    }
+                }
             }
         }
     }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::blend::{TargetPlan, reads_second_source};
+use super::fast_path::FastPath;
 use super::format::{ChannelKind, FormatInfo, SUPPORTED_FORMATS, format_info};
 use super::shader::{Interpolation, Program, flatten_varyings};
 use super::state::{
@@ -78,6 +79,7 @@ pub struct RenderPipeline {
     /// What is rasterized, after the geometry stage.
     pub(super) rasterized: PrimitiveClass,
     pub(super) fragment: FragmentPlan,
+    pub(super) fast_path: FastPath,
 }
 
 /// Points, lines or triangles.
@@ -229,7 +231,8 @@ impl RenderPipeline {
             shades,
             attributes: shades && !(per_primitive && interpolation.is_empty()),
         };
-        Ok(Self { rules, targets, depth, interpolation, vertex_scalars, locations, rasterized, fragment, desc })
+        let fast_path = FastPath::of(&depth, &fragment, &targets, !interpolation.is_empty());
+        Ok(Self { rules, targets, depth, interpolation, vertex_scalars, locations, rasterized, fragment, fast_path, desc })
     }
 
     /// The description it was made from.

@@ -1,15 +1,16 @@
 //! Samplers: how a texture is read between texels, beyond its edges and between mip levels.
 //!
-//! Every function is per lane and scalar inside: textures are gathered, and a gather is a loop on every machine.
+//! The definition is scalar, lane by lane. What most shaders ask for, linear filtering of a 2D texture without mips and clamped to its edge, computes
+//! its places and weights for all lanes together and only gathers lane by lane ([`bilinear`]); the bits are the same.
 //! Weights are f32 without the 8-bit rounding that GPUs apply (`subTexelPrecisionBits`), so linear filtering is exact here and within 2^-8 there.
 
 use crate::math::lanes::Lanes;
-use crate::math::vector::{V2, V3, V4, v4};
+use crate::math::vector::{V2, V3, V4, v2, v4};
 
-use super::depth_stencil::compare;
+use super::depth_stencil::{compare, compare_lanes};
 use super::format::ChannelKind;
 use super::state::CompareFunction;
-use super::texture::{Texture, TextureShape};
+use super::texture::{Surface, TILE_PIXELS, Texture, TextureShape};
 pub use wgpu_types::{AddressMode, FilterMode};
 
 /// How a texture is sampled.
@@ -146,6 +147,7 @@ fn sample_one_level(
 /// Filters between levels as well.
 fn sample_site(texture: &Texture, sampler: &Sampler, site: Site, lod: f32, read: &dyn Fn([f32; 4]) -> [f32; 4]) -> [f32; 4] {
     let last = texture.desc().mip_level_count - 1;
+    let lod = if lod.is_nan() { 0.0 } else { lod };
     let lod = lod.clamp(sampler.lod_min_clamp, sampler.lod_max_clamp);
     let filter = if lod <= 0.0 { sampler.mag_filter } else { sampler.min_filter };
     let lod = lod.clamp(0.0, last as f32);
@@ -183,13 +185,95 @@ fn gather<L: Lanes>(token: L::Token, mut f: impl FnMut(usize) -> [f32; 4]) -> V4
     for (i, lane) in lanes.iter_mut().enumerate().take(L::LEN) {
         *lane = f(i);
     }
-    let [x, y, z, w] = [0, 1, 2, 3].map(|c: usize| L::from_fn(token, |i| lanes[i][c]));
-    v4(x, y, z, w)
+    v4(
+        L::from_fn(token, |i| lanes[i][0]),
+        L::from_fn(token, |i| lanes[i][1]),
+        L::from_fn(token, |i| lanes[i][2]),
+        L::from_fn(token, |i| lanes[i][3]),
+    )
+}
+
+/// Whether [`bilinear`] does what the sampler asks of the texture.
+#[inline(always)]
+fn is_bilinear(texture: &Texture, sampler: &Sampler) -> bool {
+    let desc = texture.desc();
+    let linear = sampler.mag_filter == FilterMode::Linear && sampler.min_filter == FilterMode::Linear;
+    let clamped = sampler.address_mode[0] == AddressMode::ClampToEdge && sampler.address_mode[1] == AddressMode::ClampToEdge;
+    let plain = desc.mip_level_count == 1 && desc.shape == TextureShape::D2 && !matches!(texture.info().kind, ChannelKind::UnormDepth(_));
+    linear && clamped && plain
+}
+
+/// The texels that an axis reads, per lane, and the weight of the second.
+#[inline(always)]
+fn linear_taps<L: Lanes>(coordinate: L, size: u32) -> (L, L, L) {
+    let scaled = coordinate * size as f32;
+    let scaled = Lanes::clamp(L::select(scaled.equals(scaled), scaled, scaled.like(0.0)), -1.0e9, 1.0e9);
+    let base = (scaled - 0.5).floor();
+    let last = (size - 1) as f32;
+    (Lanes::clamp(base, 0.0, last), Lanes::clamp(base + 1.0, 0.0, last), scaled - 0.5 - base)
+}
+
+/// The 2x2 texels around each lane's place, per channel, and the weights of the right and of the lower ones.
+struct Footprint<L> {
+    /// `[channel][upper left, upper right, lower left, lower right]`
+    texels: [[L; 4]; 4],
+    right: L,
+    lower: L,
+}
+
+#[inline(always)]
+fn footprint<L: Lanes>(surface: &Surface, uv: V2<L>, channels: usize) -> Footprint<L> {
+    let token = uv.x.token();
+    let (x0, x1, right) = linear_taps(uv.x, surface.width);
+    let (y0, y1, lower) = linear_taps(uv.y, surface.height);
+    let mut gathered = [[[0.0; 16]; 4]; 4];
+    for lane in 0..L::LEN {
+        let (x, y) = ([x0.lane(lane) as usize, x1.lane(lane) as usize], [y0.lane(lane) as usize, y1.lane(lane) as usize]);
+        for (corner, [i, j]) in [[0, 0], [1, 0], [0, 1], [1, 1]].into_iter().enumerate() {
+            let start = surface.plane_index(x[i], y[j]);
+            for (channel, taps) in gathered.iter_mut().enumerate().take(channels) {
+                taps[corner][lane] = surface.planes[start + channel * TILE_PIXELS];
+            }
+        }
+    }
+    let zero = L::splat(token, 0.0);
+    let mut texels = [[zero; 4]; 4];
+    for channel in 0..channels {
+        for corner in 0..4 {
+            texels[channel][corner] = L::load(token, &gathered[channel][corner]);
+        }
+    }
+    Footprint { texels, right, lower }
+}
+
+impl<L: Lanes> Footprint<L> {
+    #[inline(always)]
+    fn filter(&self, t: [L; 4]) -> L {
+        let upper = t[0] + (t[1] - t[0]) * self.right;
+        let below = t[2] + (t[3] - t[2]) * self.right;
+        upper + (below - upper) * self.lower
+    }
+}
+
+/// Linear filtering of level 0, clamped to the edge.
+#[inline(always)]
+fn bilinear<L: Lanes>(texture: &Texture, uv: V2<L>, layer: u32) -> V4<L> {
+    let surface = texture.surface(0, layer);
+    let footprint = footprint(surface, uv, surface.channels);
+    let zero = uv.x.like(0.0);
+    let mut out = [zero, zero, zero, uv.x.like(1.0)];
+    for (channel, out) in out.iter_mut().enumerate().take(surface.channels) {
+        *out = footprint.filter(footprint.texels[channel]);
+    }
+    v4(out[0], out[1], out[2], out[3])
 }
 
 /// A 2D texture (or one layer of it) at `uv` and level of detail `lod`.
 #[inline(always)]
 pub fn sample_level<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, layer: u32, lod: L) -> V4<L> {
+    if is_bilinear(texture, sampler) {
+        return bilinear(texture, uv, layer);
+    }
     gather(lod.token(), |i| {
         let site = Site { u: uv.x.lane(i), v: uv.y.lane(i), w: 0.0, layer };
         sample_site(texture, sampler, site, lod.lane(i), &|texel| texel)
@@ -201,11 +285,8 @@ pub fn sample_level<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, l
 #[inline(always)]
 pub fn sample_grad<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, layer: u32, ddx: V2<L>, ddy: V2<L>) -> V4<L> {
     let (width, height) = (texture.desc().width as f32, texture.desc().height as f32);
-    let squared = |d: V2<L>| {
-        let (x, y) = (d.x * width, d.y * height);
-        x * x + y * y
-    };
-    let rho_squared = Lanes::max(squared(ddx), squared(ddy));
+    let (across, down) = (v2(ddx.x * width, ddx.y * height), v2(ddy.x * width, ddy.y * height));
+    let rho_squared = Lanes::max(across.dot(across), down.dot(down));
     let lod = rho_squared.map(|r| if r > 0.0 { 0.5 * libm::log2f(r) } else { -32.0 });
     sample_level(texture, sampler, uv, layer, lod)
 }
@@ -234,6 +315,14 @@ pub fn sample_3d<L: Lanes>(texture: &Texture, sampler: &Sampler, uvw: V3<L>, lod
 #[inline(always)]
 pub fn sample_compare<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, layer: u32, reference: L) -> L {
     let function = sampler.compare.unwrap_or(CompareFunction::Always);
+    if is_bilinear(texture, sampler) {
+        let footprint = footprint(texture.surface(0, layer), uv, 1);
+        let mut passed = footprint.texels[0];
+        for texel in &mut passed {
+            *texel = L::select(compare_lanes(function, reference, *texel), reference.like(1.0), reference.like(0.0));
+        }
+        return footprint.filter(passed);
+    }
     L::from_fn(reference.token(), |i| {
         let site = Site { u: uv.x.lane(i), v: uv.y.lane(i), w: 0.0, layer };
         // A unorm texture holds nothing outside 0..=1, and neither does what is compared with it [Vulkan spec, depth compare operation].

@@ -75,6 +75,7 @@ impl ZPlane {
     }
 
     /// Whether a covered pixel's depth might leave `range` by rounding or extrapolation, over `pixels` from the anchor.
+    #[inline(always)]
     pub fn may_leave(&self, range: (f32, f32), vertex_z: [f32; 3], bias: f32, pixels: f32) -> bool {
         let slack = 1.0e-6 * (self.base.abs() + (self.dx.abs() + self.dy.abs()) * pixels + 1.0e-3);
         let low = vertex_z[0].min(vertex_z[1]).min(vertex_z[2]) + bias;
@@ -103,17 +104,53 @@ pub(super) fn depth_plane(rule: DepthPlane, v: [&WindowVertex; 3], area: i64, cl
 }
 
 fn reference_plane(v: [&WindowVertex; 3], area: i64, z: [f32; 3]) -> ZPlane {
-    let scale = 256.0 / area as f64;
-    let (x1, y1) = (f64::from(v[1].fx - v[0].fx), f64::from(v[1].fy - v[0].fy));
-    let (x2, y2) = (f64::from(v[2].fx - v[0].fx), f64::from(v[2].fy - v[0].fy));
-    let (z1, z2) = (f64::from(z[1]) - f64::from(z[0]), f64::from(z[2]) - f64::from(z[0]));
-    let dx = (z1 * y2 - z2 * y1) * scale;
-    let dy = (z2 * x1 - z1 * x2) * scale;
-    // Ends of wide lines may lie beyond what a record's 16-bit anchor can name.
-    let anchor = [v[0].fx >> 8, v[0].fy >> 8].map(|pixel| pixel.clamp(i16::MIN.into(), i16::MAX.into()));
-    let to_centre = [f64::from((anchor[0] << 8) + HALF - v[0].fx) / 256.0, f64::from((anchor[1] << 8) + HALF - v[0].fy) / 256.0];
-    let base = f64::from(z[0]) + dx * to_centre[0] + dy * to_centre[1];
-    ZPlane { base: base as f32, dx: dx as f32, dy: dy as f32, anchor, sixteenths: [0; 2] }
+    let frame = PlaneFrame::new(v.map(|v| [v.fx, v.fy]), area);
+    let [base, dx, dy] = frame.plane(z);
+    ZPlane { base, dx, dy, anchor: frame.anchor, sixteenths: [0; 2] }
+}
+
+/// What all planes over one snapped triangle share: its two edges from vertex 0, in f64.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PlaneFrame {
+    /// Vertices 1 and 2 from vertex 0 in 1/256 pixel.
+    x: [f64; 2],
+    y: [f64; 2],
+    /// 256 over twice the area.
+    scale: f64,
+    /// From vertex 0 to the anchor's centre in pixels.
+    to_centre: [f64; 2],
+    /// The pixel that vertex 0 is in.
+    pub anchor: [i32; 2],
+}
+
+impl PlaneFrame {
+    /// From the corners and twice the signed area.
+    #[inline(always)]
+    pub fn new([v0, v1, v2]: [[i32; 2]; 3], area: i64) -> Self {
+        // Ends of wide lines may lie beyond what a record's 16-bit anchor can name.
+        let pixel = |at: i32| (at >> 8).clamp(i16::MIN.into(), i16::MAX.into());
+        let anchor = [pixel(v0[0]), pixel(v0[1])];
+        Self {
+            x: [f64::from(v1[0].wrapping_sub(v0[0])), f64::from(v2[0].wrapping_sub(v0[0]))],
+            y: [f64::from(v1[1].wrapping_sub(v0[1])), f64::from(v2[1].wrapping_sub(v0[1]))],
+            scale: 256.0 / area as f64,
+            to_centre: [
+                f64::from((anchor[0] << 8).wrapping_add(HALF).wrapping_sub(v0[0])) / 256.0,
+                f64::from((anchor[1] << 8).wrapping_add(HALF).wrapping_sub(v0[1])) / 256.0,
+            ],
+            anchor,
+        }
+    }
+
+    /// The plane through these values at the three vertices: at the anchor, per pixel right, per pixel down.
+    #[inline(always)]
+    pub fn plane(&self, f: [f32; 3]) -> [f32; 3] {
+        let (f1, f2) = (f64::from(f[1]) - f64::from(f[0]), f64::from(f[2]) - f64::from(f[0]));
+        let dx = (f1 * self.y[1] - f2 * self.y[0]) * self.scale;
+        let dy = (f2 * self.x[0] - f1 * self.x[1]) * self.scale;
+        let base = f64::from(f[0]) + dx * self.to_centre[0] + dy * self.to_centre[1];
+        [base as f32, dx as f32, dy as f32]
+    }
 }
 
 /// Measured on SwiftShader: the vertex of least clip y leads, then the one of greatest w; f32 relative to it.

@@ -16,6 +16,7 @@ use crate::math::vector::{V2, V3, V4, v2, v3, v4};
 use super::bindings::{BindingKind, Bindings};
 use super::state::{GeometryTopology, MAX_COLOR_TARGETS, MAX_VARYINGS};
 use super::texture::Texture;
+use super::vertices::{ClipVertices, GROUP};
 
 /// How a varying goes from vertices to fragments. WGSL: `@interpolate`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +63,20 @@ impl<L: Lanes> VertexInput<'_, L> {
     #[inline(always)]
     pub fn per_vertex(&self, mut f: impl FnMut(u32) -> f32) -> L {
         L::from_fn(self.token, |i| f(self.vertex_index[i]))
+    }
+    /// Four numbers per lane, from the lane's vertex index.
+    #[inline(always)]
+    pub fn per_vertex4(&self, mut f: impl FnMut(u32) -> [f32; 4]) -> V4<L> {
+        let mut lanes = [[0.0; 16]; 4];
+        for (lane, &index) in self.vertex_index.iter().enumerate().take(L::LEN) {
+            let [x, y, z, w] = f(index);
+            lanes[0][lane] = x;
+            lanes[1][lane] = y;
+            lanes[2][lane] = z;
+            lanes[3][lane] = w;
+        }
+        let [x, y, z, w] = &lanes;
+        v4(L::load(self.token, x), L::load(self.token, y), L::load(self.token, z), L::load(self.token, w))
     }
 }
 
@@ -238,6 +253,13 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
         }
     }
 
+    /// The first three channels of the texel at the fragment's own pixel.
+    #[inline(always)]
+    #[must_use]
+    pub fn texel3_here(&self, texture: &Texture) -> V3<L> {
+        v3(self.texel_here(texture, 0), self.texel_here(texture, 1), self.texel_here(texture, 2))
+    }
+
     #[inline(always)]
     fn varying_at(&self, scalar: usize, x: L, y: L) -> L {
         let (linear, perspective, _) = weights(self.attributes, x, y);
@@ -246,7 +268,10 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
 
     #[inline(always)]
     fn weighted(&self, scalar: usize, linear: V2<L>, perspective: V2<L>) -> L {
-        let [f0, f1, f2] = self.attributes.varyings.map(|start| self.varyings[start as usize + scalar]);
+        let start = self.attributes.varyings;
+        let f0 = self.varyings[start[0] as usize + scalar];
+        let f1 = self.varyings[start[1] as usize + scalar];
+        let f2 = self.varyings[start[2] as usize + scalar];
         let b = match self.interpolation[scalar] {
             Interpolation::Flat => return L::splat(self.token, f0),
             Interpolation::Linear => linear,
@@ -261,8 +286,7 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
 #[inline(always)]
 fn weights<L: Lanes>(a: &PrimitiveAttributes, x: L, y: L) -> (V2<L>, V2<L>, L) {
     let (dx, dy) = (x - a.anchor[0], y - a.anchor[1]);
-    let plane = |p: [f32; 3]| (dy * p[2] + p[0]) + dx * p[1];
-    let linear = v2(plane(a.l1), plane(a.l2));
+    let linear = v2((dy * a.l1[2] + a.l1[0]) + dx * a.l1[1], (dy * a.l2[2] + a.l2[0]) + dx * a.l2[1]);
     if a.inv_w[0] == a.inv_w[1] && a.inv_w[0] == a.inv_w[2] {
         return (linear, linear, x.like(a.inv_w[0]));
     }
@@ -314,7 +338,7 @@ pub struct GeometryInput<'a> {
 
 /// Collects what a geometry shader emits.
 pub struct GeometryOutput<'a> {
-    pub(super) vertices: &'a mut Vec<([f32; 4], f32)>,
+    pub(super) vertices: &'a mut ClipVertices,
     pub(super) varyings: &'a mut Vec<f32>,
     /// Lengths of the finished strips.
     pub(super) strips: &'a mut Vec<u32>,
@@ -332,7 +356,7 @@ impl GeometryOutput<'_> {
             return;
         }
         self.budget -= 1;
-        self.vertices.push((position, point_size));
+        self.vertices.push(position, point_size);
         self.varyings.extend_from_slice(&varyings[..self.scalars]);
     }
     /// Ends the current strip.
@@ -377,8 +401,7 @@ pub struct VertexBatch<'a> {
     pub(super) attributes: &'a [f32],
     pub(super) locations: usize,
     pub(super) scalars: usize,
-    pub(super) positions: &'a mut [[f32; 4]],
-    pub(super) point_sizes: &'a mut [f32],
+    pub(super) vertices: &'a mut ClipVertices,
     /// `[vertex][scalar]`.
     pub(super) varyings: &'a mut [f32],
 }
@@ -423,11 +446,14 @@ fn vertex_groups<L: Lanes, T: VertexShader>(token: L::Token, shader: &T, binding
         let last = indices[lanes - 1];
         indices[lanes..].fill(last);
         for (location, attribute) in attributes.iter_mut().enumerate().take(batch.locations) {
-            let [x, y, z, w] = [0, 1, 2, 3].map(|component| {
-                let start = ((first / 16 * batch.locations + location) * 4 + component) * 16 + first % 16;
-                L::load(token, &batch.attributes[start..])
-            });
-            *attribute = v4(x, y, z, w);
+            let start = (first / 16 * batch.locations + location) * 64 + first % 16;
+            let components = &batch.attributes[start..];
+            *attribute = v4(
+                L::load(token, components),
+                L::load(token, &components[16..]),
+                L::load(token, &components[32..]),
+                L::load(token, &components[48..]),
+            );
         }
         let input = VertexInput {
             token,
@@ -436,11 +462,13 @@ fn vertex_groups<L: Lanes, T: VertexShader>(token: L::Token, shader: &T, binding
             attributes: &attributes[..batch.locations],
         };
         shader.vertex(bindings, &input, &mut output);
-        let p = output.position;
-        for lane in 0..lanes {
-            batch.positions[first + lane] = [p.x.lane(lane), p.y.lane(lane), p.z.lane(lane), p.w.lane(lane)];
-            batch.point_sizes[first + lane] = output.point_size.lane(lane);
-        }
+        let group = &mut batch.vertices.groups[first / GROUP];
+        let [x, y, z, w] = &mut group.position;
+        output.position.x.store(&mut x[first % GROUP..]);
+        output.position.y.store(&mut y[first % GROUP..]);
+        output.position.z.store(&mut z[first % GROUP..]);
+        output.position.w.store(&mut w[first % GROUP..]);
+        output.point_size.store(&mut group.point_size[first % GROUP..]);
         for (scalar, value) in output.varyings.iter().enumerate().take(batch.scalars) {
             for lane in 0..lanes {
                 batch.varyings[(first + lane) * batch.scalars + scalar] = value.lane(lane);
@@ -482,6 +510,8 @@ pub struct ShadeBatch<'a> {
     pub(super) targets: usize,
     /// Kept pixels per item, from the shader's discards.
     pub(super) keep: &'a mut [u16],
+    /// Whether the shader's discards count.
+    pub(super) may_discard: bool,
     pub(super) writes_depth: bool,
 }
 
@@ -532,13 +562,16 @@ fn fragment_blocks<S: Simd, T: FragmentShader>(simd: S, shader: &T, bindings: &B
         let input = FragmentInput::new(simd, (item.x, item.y), x, y, z, &batch.source, attributes);
         output.keep = all;
         shader.fragment(bindings, &input, &mut output);
+        batch.keep[i] = if batch.may_discard { output.keep.bits() as u16 } else { u16::MAX };
+        if batch.keep[i] & item.mask == 0 {
+            continue; // Nobody reads what a discarded block would have written.
+        }
         for (target, color) in output.color.iter().enumerate().take(batch.targets) {
             let out = &mut batch.colors[(i * batch.targets + target) * 64..][..64];
             for (component, value) in [color.x, color.y, color.z, color.w].into_iter().enumerate() {
                 Lanes::store(value, &mut out[component * 16..]);
             }
         }
-        batch.keep[i] = output.keep.bits() as u16;
         if batch.writes_depth {
             Lanes::store(output.depth, &mut batch.z[i]);
         }
@@ -561,7 +594,7 @@ fn fragment_pixels<T: FragmentShader>(shader: &T, bindings: &Bindings<'_>, batch
                     batch.colors[((i * batch.targets + target) * 4 + component) * 16 + lane] = value;
                 }
             }
-            batch.keep[i] |= u16::from(output.keep) << lane;
+            batch.keep[i] |= u16::from(output.keep || !batch.may_discard) << lane;
             if batch.writes_depth {
                 batch.z[i][lane] = output.depth;
             }

@@ -11,7 +11,7 @@ use crate::math::level::{baseline, wide_dispatch};
 
 use super::bins::{Record, flag};
 use super::chunk::ChunkOutput;
-use super::depth_stencil::{StencilFace, compare16};
+use super::depth_stencil::{StencilFace, compare_lanes};
 use super::fast_path::FastPath;
 use super::format::{ChannelKind, depth_value, quantize_depth};
 use super::observer::{FragmentEvent, FragmentOutcome, Observer, reborrow};
@@ -45,16 +45,42 @@ pub(super) struct TileCounters {
 /// What the tile phase needs to know of the pass.
 pub(super) struct TileContext<'a> {
     pub draws: &'a [Draw<'a>],
+    /// By draw.
+    pub states: &'a [DrawState<'a>],
     pub execution: Execution,
 }
 
-/// A worker's buffers.
+/// What most records ask of their draw. A pass may have a hundred thousand draws of a few records per tile: then this is all that is read of each.
+#[derive(Clone, Copy)]
+pub(super) struct DrawState<'a> {
+    pub pipeline: &'a RenderPipeline,
+    /// The pipeline's, unless a query must count.
+    path: FastPath,
+    stencil_reference: u8,
+}
+
+impl<'a> DrawState<'a> {
+    pub fn of(draw: &Draw<'a>) -> Self {
+        let path = if draw.query.is_none() { draw.pipeline.fast_path } else { FastPath::General };
+        Self { pipeline: draw.pipeline, path, stencil_reference: draw.stencil_reference as u8 }
+    }
+
+    /// The stencil state for one facing.
+    #[inline(always)]
+    pub fn stencil_face(&self, state: StencilFaceState) -> StencilFace {
+        let plan = &self.pipeline.depth;
+        StencilFace { state, reference: self.stencil_reference, read_mask: plan.read_mask, write_mask: plan.write_mask }
+    }
+}
+
+/// A worker's queue: blocks that passed the early tests and await shading.
 pub(super) struct TileScratch {
-    items: Vec<ShadeItem>,
+    len: usize,
+    items: [ShadeItem; QUEUE],
     /// Depth as shaders see it, before it is clamped and rounded to what the target stores.
-    z: Vec<[f32; 16]>,
+    z: Box<[[f32; 16]; QUEUE]>,
     /// Whether the item faces away.
-    facing: Vec<bool>,
+    facing: [bool; QUEUE],
     keep: [u16; QUEUE],
     colors: Vec<f32>,
 }
@@ -62,9 +88,10 @@ pub(super) struct TileScratch {
 impl Default for TileScratch {
     fn default() -> Self {
         Self {
-            items: Vec::with_capacity(QUEUE),
-            z: Vec::with_capacity(QUEUE),
-            facing: Vec::with_capacity(QUEUE),
+            len: 0,
+            items: [ShadeItem::default(); QUEUE],
+            z: Box::new([[0.0; 16]; QUEUE]),
+            facing: [false; QUEUE],
             keep: [0; QUEUE],
             colors: vec![0.0; QUEUE * 64],
         }
@@ -106,18 +133,8 @@ fn tile_chunks<'a, S: Simd>(
     observer: Option<&'a mut dyn Observer>,
 ) {
     let tile_coordinates = [origin[0] >> 6, origin[1] >> 6];
-    let mut worker = TileWorker {
-        context,
-        origin,
-        targets,
-        scratch,
-        counters,
-        observer,
-        chunk: None,
-        stencil_before: [0; 16],
-        draw: u32::MAX,
-        path: FastPath::General,
-    };
+    let mut worker =
+        TileWorker { context, origin, targets, scratch, counters, observer, chunk: None, stencil_before: [0; 16], draw: u32::MAX };
     for chunk in chunks {
         if chunk.bins.is_untouched(tile) {
             continue;
@@ -125,20 +142,22 @@ fn tile_chunks<'a, S: Simd>(
         worker.chunk = Some(chunk);
         worker.draw = u32::MAX;
         let mut wide = chunk.bins.wide.iter().filter_map(|w| w.record_in(tile_coordinates)).peekable();
-        let mut own = chunk.bins.segments(tile).flatten().peekable();
-        // One merging loop with one call: all shortcuts at all SIMD levels are compiled into it, and a second copy costs minutes of build time.
-        loop {
-            let made;
-            let record = match (wide.peek(), own.peek()) {
-                (Some(w), Some(o)) if o.sequence < w.sequence => own.next(),
-                (Some(_), _) => {
-                    made = wide.next();
-                    made.as_ref()
-                }
-                (None, _) => own.next(),
-            };
-            let Some(record) = record else { break };
-            worker.record(simd, record);
+        for segment in chunk.bins.segments(tile) {
+            let mut rest = segment;
+            // Primitives over many tiles come in between, in the order of submission.
+            while let (Some(w), Some(last)) = (wide.peek(), rest.last())
+                && w.sequence < last.sequence
+            {
+                let (before, after) = rest.split_at(rest.partition_point(|r| r.sequence < w.sequence));
+                worker.records(simd, before);
+                worker.records(simd, std::slice::from_ref(w));
+                wide.next();
+                rest = after;
+            }
+            worker.records(simd, rest);
+        }
+        for w in wide {
+            worker.records(simd, std::slice::from_ref(&w));
         }
         worker.flush(simd);
     }
@@ -158,28 +177,26 @@ pub(super) struct TileWorker<'a, 'b> {
     stencil_before: [u8; 16],
     /// Draw of the last record.
     draw: u32,
-    path: FastPath,
 }
 
 impl<'a> TileWorker<'a, '_> {
-    #[inline(always)]
-    fn record<S: Simd>(&mut self, simd: S, record: &Record) {
-        if record.draw != self.draw {
-            self.flush(simd);
-            self.begin_draw(record);
+    /// Draws records in order.
+    #[simd]
+    #[inline(never)]
+    fn records<S: Simd>(&mut self, simd: S, records: &[Record]) {
+        for run in records.chunk_by(|a, b| a.draw == b.draw) {
+            let number = run[0].draw;
+            if number != self.draw {
+                self.flush(simd);
+                self.draw = number;
+            }
+            let (draw, state) = (&self.context.draws[number as usize], &self.context.states[number as usize]);
+            let path = if self.observer.is_none() { state.path } else { FastPath::General };
+            let source = self.source();
+            if !super::fast_path::run(simd, path, run, draw, state, source, self.origin, self.targets, self.counters) {
+                self.general(simd, run);
+            }
         }
-        let draw = &self.context.draws[record.draw as usize];
-        let (path, source) = (self.path, self.source());
-        if !super::fast_path::run(simd, path, record, draw, source, self.origin, self.targets, self.counters) {
-            self.general(simd, record);
-        }
-    }
-
-    fn begin_draw(&mut self, record: &Record) {
-        self.draw = record.draw;
-        let draw = &self.context.draws[record.draw as usize];
-        let free = draw.query.is_none() && self.observer.is_none();
-        self.path = if free { FastPath::of(draw, self.source()) } else { FastPath::General };
     }
 
     fn source(&self) -> ShadeSource<'a> {
@@ -187,26 +204,32 @@ impl<'a> TileWorker<'a, '_> {
             Some(chunk) => (&chunk.attributes, &chunk.varyings),
             None => (&[], &[]),
         };
-        let interpolation: &'a [_] = match self.context.draws.get(self.draw as usize) {
-            Some(draw) => &draw.pipeline.interpolation,
+        let interpolation: &'a [_] = match self.context.states.get(self.draw as usize) {
+            Some(state) => &state.pipeline.interpolation,
             None => &[],
         };
         ShadeSource { primitives, varyings, interpolation }
     }
 
-    /// Walks a record through the tests and the queue.
+    /// Walks records of one draw through the tests and the queue.
     #[simd]
     #[inline(never)]
-    fn general<S: Simd>(&mut self, simd: S, record: &Record) {
-        let draw = &self.context.draws[record.draw as usize];
-        let mut sink = GeneralSink { depth: BlockDepth::new(simd, record, self.origin, draw), worker: self };
-        walk(simd, record, &mut sink);
+    fn general<S: Simd>(&mut self, simd: S, records: &[Record]) {
+        let draw = &self.context.draws[self.draw as usize];
+        for record in records {
+            let mut sink = GeneralSink {
+                draw,
+                depth: BlockDepth::new(simd, record, self.origin, draw, draw.pipeline.rules.depth_plane),
+                worker: self,
+            };
+            walk(simd, record, &mut sink);
+        }
     }
 
     /// Shades and blends what is queued.
     #[inline(always)]
     fn flush<S: Simd>(&mut self, simd: S) {
-        if !self.scratch.items.is_empty() {
+        if self.scratch.len > 0 {
             self.flush_queue(simd);
         }
     }
@@ -216,7 +239,7 @@ impl<'a> TileWorker<'a, '_> {
     fn flush_queue<S: Simd>(&mut self, simd: S) {
         let draw = &self.context.draws[self.draw as usize];
         let pipeline = draw.pipeline;
-        let count = self.scratch.items.len();
+        let count = self.scratch.len;
         let outputs = pipeline.fragment.outputs;
         let source = match self.chunk {
             Some(chunk) => ShadeSource { primitives: &chunk.attributes, varyings: &chunk.varyings, interpolation: &pipeline.interpolation },
@@ -227,7 +250,7 @@ impl<'a> TileWorker<'a, '_> {
             && pipeline.fragment.shades
         {
             if pipeline.fragment.per_primitive {
-                for (i, item) in self.scratch.items.iter().enumerate() {
+                for (i, item) in self.scratch.items[..count].iter().enumerate() {
                     let colors = if pipeline.fragment.attributes {
                         fragment.primitive_color(&draw.bindings, &source, item.primitive)
                     } else {
@@ -244,23 +267,22 @@ impl<'a> TileWorker<'a, '_> {
             } else {
                 let mut batch = ShadeBatch {
                     source,
-                    items: &self.scratch.items,
-                    z: &mut self.scratch.z,
+                    items: &self.scratch.items[..count],
+                    z: &mut self.scratch.z[..count],
                     colors: &mut self.scratch.colors,
                     targets: outputs,
                     keep: &mut self.scratch.keep,
+                    may_discard: pipeline.desc.program.may_discard,
                     writes_depth: pipeline.desc.program.writes_depth,
                 };
                 fragment.run(self.context.execution, &draw.bindings, &mut batch);
             }
-            self.counters.fragments_shaded += self.scratch.items.iter().map(|i| u64::from(i.mask.count_ones())).sum::<u64>();
+            self.counters.fragments_shaded += self.scratch.items[..count].iter().map(|i| u64::from(i.mask.count_ones())).sum::<u64>();
         }
         for i in 0..count {
             self.finish_block(simd, draw, i);
         }
-        self.scratch.items.clear();
-        self.scratch.z.clear();
-        self.scratch.facing.clear();
+        self.scratch.len = 0;
     }
 
     /// Late tests, counters and blending of one shaded block.
@@ -271,7 +293,7 @@ impl<'a> TileWorker<'a, '_> {
         let (bx, by) = (item.x as i32 - self.origin[0], item.y as i32 - self.origin[1]);
         let offset = offset_in_tile(bx as usize, by as usize);
         let mut mask = u32::from(item.mask);
-        if pipeline.fragment.shades && pipeline.desc.program.may_discard {
+        if pipeline.fragment.shades {
             let kept = mask & u32::from(self.scratch.keep[i]);
             self.report(draw, item, i, mask & !kept, FragmentOutcome::Discarded, None);
             mask = kept;
@@ -313,7 +335,7 @@ impl<'a> TileWorker<'a, '_> {
         let (bx, by) = (item.x as i32 - self.origin[0], item.y as i32 - self.origin[1]);
         let offset = offset_in_tile(bx as usize, by as usize);
         let face = if back { plan.stencil_back } else { plan.stencil_front };
-        let face = stencil_face(draw, face);
+        let face = self.context.states[self.draw as usize].stencil_face(face);
         let mut stencil_pass = mask;
         if plan.stencil
             && let Some(stencil) = self.targets.stencil.as_deref_mut()
@@ -326,7 +348,7 @@ impl<'a> TileWorker<'a, '_> {
             && let Some(depth) = self.targets.depth.as_deref_mut()
         {
             let stored = <f32x16<S> as Lanes>::load(simd, &depth[offset..]);
-            pass &= compare16(simd, plan.compare, z, stored).to_bitmask() as u32;
+            pass &= compare_lanes(plan.compare, z, stored).to_bitmask() as u32;
             if plan.write {
                 let written = <f32x16<S> as Lanes>::select(mask32x16::from_bitmask(simd, u64::from(pass)), z, stored);
                 Lanes::store(written, &mut depth[offset..]);
@@ -362,19 +384,34 @@ impl<'a> TileWorker<'a, '_> {
         block
     }
 
+    /// Tells the observer, if there is one, what became of the pixels in `mask`.
+    #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "an event has this many parts")]
     fn report(&mut self, draw: &Draw<'_>, item: ShadeItem, i: usize, mask: u32, outcome: FragmentOutcome, color_before: Option<&[f32]>) {
-        if self.observer.is_none() || mask == 0 {
-            return;
+        if self.observer.is_some() && mask != 0 {
+            self.report_fragments(draw, item, i, mask, outcome, color_before);
         }
+    }
+
+    #[cold]
+    #[allow(clippy::too_many_arguments, reason = "an event has this many parts")]
+    fn report_fragments(
+        &mut self,
+        draw: &Draw<'_>,
+        item: ShadeItem,
+        i: usize,
+        mask: u32,
+        outcome: FragmentOutcome,
+        color_before: Option<&[f32]>,
+    ) {
         let pipeline = draw.pipeline;
         let offset = offset_in_tile((item.x as i32 - self.origin[0]) as usize, (item.y as i32 - self.origin[1]) as usize);
         let after = self.color_block(pipeline, offset);
         let stencil_after = self.stencil_block(offset);
         let outputs = pipeline.fragment.outputs;
-        let shaded = matches!(outcome, FragmentOutcome::Passed | FragmentOutcome::Discarded) && outputs > 0;
+        let shaded = outcome == FragmentOutcome::Passed && outputs > 0;
         let kind = pipeline.depth.kind.unwrap_or(ChannelKind::Float32);
-        let z = self.scratch.z.get(i).copied().unwrap_or_default();
+        let z = self.scratch.z[i];
         let attributes = self.chunk.and_then(|c| c.attributes.get(item.primitive as usize));
         let primitive_id = attributes.filter(|_| pipeline.fragment.attributes).map_or(0, |a| a.primitive_id);
         for lane in (0..16usize).filter(|lane| mask >> lane & 1 == 1) {
@@ -399,18 +436,10 @@ impl<'a> TileWorker<'a, '_> {
     }
 }
 
-/// A draw's stencil state for one facing.
-#[inline(always)]
-pub(super) fn stencil_face(draw: &Draw<'_>, state: StencilFaceState) -> StencilFace {
-    let plan = &draw.pipeline.depth;
-    StencilFace { state, reference: draw.stencil_reference as u8, read_mask: plan.read_mask, write_mask: plan.write_mask }
-}
-
 /// To the viewport's depth range; not-a-number becomes the nearer end.
 #[inline(always)]
 fn clamp_depth<L: Lanes>(z: L, draw: &Draw<'_>) -> L {
-    let (a, b) = (draw.viewport.min_depth, draw.viewport.max_depth);
-    Lanes::clamp(z, a.min(b), a.max(b))
+    Lanes::clamp(z, draw.viewport.min_depth, draw.viewport.max_depth)
 }
 
 /// To what the depth format stores.
@@ -435,16 +464,18 @@ pub(super) struct BlockDepth<S: Simd> {
 
 impl<S: Simd> BlockDepth<S> {
     #[inline(always)]
-    pub fn new(simd: S, record: &Record, origin: [i32; 2], draw: &Draw<'_>) -> Self {
-        let lane = |offsets: [i32; 16], axis: usize| {
-            let whole = lanes_from_i32(i32x16::simd_from(simd, offsets) + (origin[axis] - i32::from(record.anchor[axis])));
-            let sixteenths = record.flags >> (flag::SIXTEENTHS + 4 * axis as u32) & 15;
-            // Exact: at most 15 bits of whole pixels and four of fraction.
-            if sixteenths == 0 { whole } else { whole - sixteenths as f32 * 0.0625 }
-        };
-        let range = (draw.viewport.min_depth, draw.viewport.max_depth);
-        let clamp = (record.flags & flag::CLAMP_Z != 0).then_some((range.0.min(range.1), range.0.max(range.1)));
-        Self { x: lane(LANE_X, 0), y: lane(LANE_Y, 1), plane: record.z, rule: draw.pipeline.rules.depth_plane, clamp }
+    pub fn new(simd: S, record: &Record, origin: [i32; 2], draw: &Draw<'_>, rule: DepthPlane) -> Self {
+        // Exact: at most 15 bits of whole pixels and four of fraction.
+        let x = (origin[0] - i32::from(record.anchor[0])) as f32 - (record.flags >> flag::SIXTEENTHS & 15) as f32 * 0.0625;
+        let y = (origin[1] - i32::from(record.anchor[1])) as f32 - (record.flags >> (flag::SIXTEENTHS + 4) & 15) as f32 * 0.0625;
+        let clamp = (record.flags & flag::CLAMP_Z != 0).then(|| (draw.viewport.min_depth, draw.viewport.max_depth));
+        Self {
+            x: lanes_from_i32(i32x16::simd_from(simd, LANE_X)) + x,
+            y: lanes_from_i32(i32x16::simd_from(simd, LANE_Y)) + y,
+            plane: record.z,
+            rule,
+            clamp,
+        }
     }
 
     /// Depth of the block at pixel (bx, by) of the tile, clamped: what is tested.
@@ -479,6 +510,7 @@ impl<S: Simd> BlockDepth<S> {
 /// Tests blocks and queues them.
 struct GeneralSink<'w, 'a, 'b, S: Simd> {
     worker: &'w mut TileWorker<'a, 'b>,
+    draw: &'a Draw<'a>,
     depth: BlockDepth<S>,
 }
 
@@ -486,10 +518,8 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
     #[inline(always)]
     fn block(&mut self, simd: S, record: &Record, bx: i32, by: i32, mask: mask32x16<S>) {
         let worker = &mut *self.worker;
-        let draw = &worker.context.draws[record.draw as usize];
-        let pipeline = draw.pipeline;
+        let pipeline = self.draw.pipeline;
         let z = self.depth.interpolated(bx, by);
-        let late = pipeline.fragment.late_tests;
         let item = ShadeItem {
             x: (worker.origin[0] + bx) as u32,
             y: (worker.origin[1] + by) as u32,
@@ -497,26 +527,25 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
             mask: mask.to_bitmask() as u16,
         };
         let back = record.flags & flag::BACK != 0;
-        let mut lanes = [0.0; 16];
-        Lanes::store(z, &mut lanes);
-        // The queue's slot is filled first, so that an observer sees the depth of fragments that fail.
-        worker.scratch.z.push(lanes);
-        let mut covered = u32::from(item.mask);
-        if worker.observer.is_some() {
+        // The slot is filled first, so that an observer sees the depth of fragments that fail.
+        let slot = worker.scratch.len;
+        Lanes::store(z, &mut worker.scratch.z[slot]);
+        let observed = worker.observer.is_some();
+        if observed {
             worker.stencil_before = worker.stencil_block(offset_in_tile(bx as usize, by as usize));
         }
-        if !late {
-            let slot = worker.scratch.items.len();
-            covered = worker.test_block(simd, draw, item, slot, quantized(self.depth.clamped(z), pipeline), back, covered);
+        let mut covered = u32::from(item.mask);
+        if !pipeline.fragment.late_tests {
+            covered = worker.test_block(simd, self.draw, item, slot, quantized(self.depth.clamped(z), pipeline), back, covered);
+            if covered == 0 {
+                return;
+            }
         }
-        if covered == 0 {
-            worker.scratch.z.pop();
-            return;
-        }
-        worker.scratch.items.push(ShadeItem { mask: covered as u16, ..item });
-        worker.scratch.facing.push(back);
+        worker.scratch.items[slot] = ShadeItem { mask: covered as u16, ..item };
+        worker.scratch.facing[slot] = back;
+        worker.scratch.len = slot + 1;
         // An observer sees each block from its tests to its blending before the next one.
-        if worker.scratch.items.len() == QUEUE || worker.observer.is_some() {
+        if slot + 1 == QUEUE || observed {
             worker.flush_queue(simd);
         }
     }

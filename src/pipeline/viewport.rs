@@ -1,5 +1,7 @@
 //! Clip coordinates to framebuffer coordinates: divide, viewport, snap; and which clip planes a vertex is outside of.
 
+use crate::math::lanes::Lanes;
+
 use super::state::{ClipVolume, PixelRect, RasterRules, Viewport, ViewportArithmetic};
 
 /// One pixel in sub-pixel units; coordinates are kept in 1/256 pixel whatever the rules' precision.
@@ -30,6 +32,16 @@ pub(super) struct WindowVertex {
     pub z: f32,
     /// 1/w.
     pub inv_w: f32,
+}
+
+/// Vertices in framebuffer coordinates, before the last step of snapping.
+pub(super) struct WindowLanes<L> {
+    /// x and y in whole units of the sub-pixel grid.
+    pub units: [L; 2],
+    /// x and y in pixels.
+    pub pixels: [L; 2],
+    pub z: L,
+    pub inv_w: L,
 }
 
 /// Outcode bits: outside which plane.
@@ -96,20 +108,24 @@ impl ViewTransform {
         }
     }
 
-    /// Which planes a clip-space position is outside of.
+    /// Which clip-space positions are outside of which plane, by its bit.
     #[inline(always)]
-    pub fn outcode(&self, [x, y, z, w]: [f32; 4]) -> u8 {
-        let bit = |is: bool, bit: u8| if is { bit } else { 0 };
-        let nan = !(x.is_finite() && y.is_finite() && z.is_finite() && w.is_finite());
-        let guard = w < MIN_W || x.abs() > self.guard[0] * w || y.abs() > self.guard[1] * w;
-        bit(x < -w, outside::LEFT)
-            | bit(x > w, outside::RIGHT)
-            | bit(y < -w, outside::BOTTOM)
-            | bit(y > w, outside::TOP)
-            | bit(self.depth_clip && z < 0.0, outside::NEAR)
-            | bit(self.depth_clip && z > w, outside::FAR)
-            | bit(guard, outside::GUARD)
-            | bit(nan, outside::NAN)
+    pub fn outside<L: Lanes>(&self, [x, y, z, w]: [L; 4]) -> [(L::Mask, u8); 8] {
+        let (zero, most) = (x.like(0.0), x.like(f32::MAX));
+        // Written so that not-a-number is outside.
+        let finite = x.abs().le(most) & y.abs().le(most) & z.abs().le(most) & w.abs().le(most);
+        let guard = w.lt(x.like(MIN_W)) | x.abs().gt(w * self.guard[0]) | y.abs().gt(w * self.guard[1]);
+        let clips_depth = if self.depth_clip { zero.equals(zero) } else { zero.lt(zero) };
+        [
+            (x.lt(-w), outside::LEFT),
+            (x.gt(w), outside::RIGHT),
+            (y.lt(-w), outside::BOTTOM),
+            (y.gt(w), outside::TOP),
+            (z.lt(zero) & clips_depth, outside::NEAR),
+            (z.gt(w) & clips_depth, outside::FAR),
+            (guard, outside::GUARD),
+            (!finite, outside::NAN),
+        ]
     }
 
     /// Signed distances to the clip planes in the order of `clip.rs`, inside positive.
@@ -117,33 +133,48 @@ impl ViewTransform {
         self.guard
     }
 
-    /// Divide, viewport and snap. `made_by_clipping`: new vertices round differently under the llvmpipe rules.
+    /// Divide and viewport. `made_by_clipping`: new vertices round differently under the llvmpipe rules.
     #[inline(always)]
-    pub fn window_vertex(&self, [x, y, z, w]: [f32; 4], made_by_clipping: bool) -> WindowVertex {
-        let inv_w = 1.0 / w;
-        let ndc = [x * inv_w, y * inv_w];
-        let mut px = [0.0; 2];
-        let mut fixed = [0; 2];
-        for axis in 0..2 {
-            let (n, scale, translate) = (ndc[axis], self.scale[axis], self.translate[axis]);
-            px[axis] = if self.rules.viewport == ViewportArithmetic::Fused && !made_by_clipping {
-                n.mul_add(scale, translate)
-            } else {
-                n * scale + translate
-            };
-            let units = f32::from(1u16 << self.rules.subpixel_bits);
-            let coarse = ONE >> self.rules.subpixel_bits;
-            fixed[axis] = if self.rules.viewport == ViewportArithmetic::Prescaled {
-                let centred = (n * (units * scale) + (units * translate - units * 0.5)).round_ties_even() as i32;
-                centred.saturating_mul(coarse).saturating_add(HALF)
-            } else {
-                ((px[axis] * units).round_ties_even() as i32).saturating_mul(coarse)
-            };
-            if made_by_clipping {
-                fixed[axis] = fixed[axis].clamp(-LIMIT, LIMIT);
-            }
-        }
+    pub fn window<L: Lanes>(&self, [x, y, z, w]: [L; 4], made_by_clipping: bool) -> WindowLanes<L> {
+        let inv_w = x.like(1.0) / w;
+        let fused = self.rules.viewport == ViewportArithmetic::Fused && !made_by_clipping;
+        let [(px, ux), (py, uy)] = [self.axis(x * inv_w, 0, fused), self.axis(y * inv_w, 1, fused)];
         let z = (z * inv_w) * self.depth_scale + if self.depth_scale >= 0.0 { self.depth_range.0 } else { self.depth_range.1 };
-        WindowVertex { fx: fixed[0], fy: fixed[1], x: px[0], y: px[1], z, inv_w }
+        WindowLanes { units: [ux, uy], pixels: [px, py], z, inv_w }
+    }
+
+    /// A normalized coordinate in pixels, and in whole units of the sub-pixel grid from [`Self::grid_origin`].
+    #[inline(always)]
+    fn axis<L: Lanes>(&self, n: L, axis: usize, fused: bool) -> (L, L) {
+        let (scale, translate) = (self.scale[axis], self.translate[axis]);
+        let pixels = if fused { n.map(|n| n.mul_add(scale, translate)) } else { n * scale + translate };
+        let units = f32::from(1u16 << self.rules.subpixel_bits);
+        let snapped = if self.rules.viewport == ViewportArithmetic::Prescaled {
+            n * (units * scale) + (units * translate - units * 0.5)
+        } else {
+            pixels * units
+        };
+        (pixels, snapped.round_ties_even())
+    }
+
+    /// 1/256 pixels per unit of the sub-pixel grid.
+    #[inline(always)]
+    pub fn grid_unit(&self) -> i32 {
+        ONE >> self.rules.subpixel_bits
+    }
+
+    /// Where the sub-pixel grid starts, in 1/256 pixel.
+    #[inline(always)]
+    pub fn grid_origin(&self) -> i32 {
+        if self.rules.viewport == ViewportArithmetic::Prescaled { HALF } else { 0 }
+    }
+
+    /// A vertex that clipping made, in framebuffer coordinates.
+    pub fn clipped_vertex(&self, position: [f32; 4]) -> WindowVertex {
+        let window = self.window(position, true);
+        // The casts saturate.
+        let fixed =
+            window.units.map(|u| (u as i32).saturating_mul(self.grid_unit()).saturating_add(self.grid_origin()).clamp(-LIMIT, LIMIT));
+        WindowVertex { fx: fixed[0], fy: fixed[1], x: window.pixels[0], y: window.pixels[1], z: window.z, inv_w: window.inv_w }
     }
 }

@@ -9,7 +9,7 @@ use glam::{DVec3, Vec4};
 
 use crate::math::lanes::{Lanes, Mask};
 use crate::math::optics::beer_lambert_rgb;
-use crate::math::vector::{V2, V3, v2, v3, v4};
+use crate::math::vector::{V3, v2, v3, v4};
 use crate::passes::camera::CameraUniform;
 use crate::passes::shadow_map::LightUniform;
 use crate::pipeline::sampler::sample_compare;
@@ -143,14 +143,16 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         let flat = input.flat_varyings();
         let beam = &bindings.storage::<Beam>(3)[flat[0] as usize];
         let position = bindings.texture(4);
-        let here = |c| input.texel_here(position, c);
-        let p: V3<L> = v3(here(0), here(1), here(2));
+        let p: V3<L> = input.texel3_here(position);
         let zero = p.x.like(0.0);
 
         // Intersect the three rays with the plane y = P.y; what is left is a triangle in x and z [SF05 §3.3].
-        let depth = [0, 1, 2].map(|i: usize| -p.y + beam.g[i].y);
-        let corner = |i: usize| v2(depth[i] * beam.d[i].x + beam.g[i].x, depth[i] * beam.d[i].z + beam.g[i].z);
-        let corners: [V2<L>; 3] = [corner(0), corner(1), corner(2)];
+        let mut depth = [zero; 3];
+        let mut corners = [v2(zero, zero); 3];
+        for i in 0..3 {
+            depth[i] = -p.y + beam.g[i].y;
+            corners[i] = v2(depth[i] * beam.d[i].x + beam.g[i].x, depth[i] * beam.d[i].z + beam.g[i].z);
+        }
         let double_area = (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
         let positive = double_area.gt(zero);
 
@@ -179,7 +181,7 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
             return;
         }
         let inv_area = zero.like(1.0) / double_area;
-        let b = weight.map(|w| w * inv_area);
+        let b = [weight[0] * inv_area, weight[1] * inv_area, weight[2] * inv_area];
         let below = b[0] * depth[0] + b[1] * depth[1] + b[2] * depth[2];
         let mut keep = inside & below.gt(zero);
         let travelled = b[0] * depth[0] * beam.d[0].y + b[1] * depth[1] * beam.d[1].y + b[2] * depth[2] * beam.d[2].y;
@@ -196,8 +198,7 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         );
         if !PAPER {
             // The section is level: cos θ_obj/cos θ_p is −N·ray, with the ray per metre of depth [decision E1].
-            let normal = bindings.texture(5);
-            let n = v3(input.texel_here(normal, 0), input.texel_here(normal, 1), input.texel_here(normal, 2));
+            let n = input.texel3_here(bindings.texture(5));
             scale = scale * Lanes::max(-n.dot(ray), zero);
         }
         let exists = input.texel_here(position, 3).equals(zero.like(1.0));

@@ -1,0 +1,415 @@
+//! Setup of small triangles and sprites, sixteen at a time.
+//!
+//! A triangle that needs no clipping and is less than 64 pixels wide and high has edge functions that fit 32 bits from the corner of the tile where
+//! it starts, and touches at most four tiles; so does a sprite of that size. Everything up to their records is then arithmetic on lanes. What does
+//! not fit goes the long way (`Emitter::triangle`, `Emitter::point`), in its place in the order. Results are the same bits; `tests/pipeline`
+//! compares the two.
+
+use fearless_simd::{ExtractToken, Select, Simd, SimdBase, SimdCvtTruncate, SimdMask, f32x16, i32x16, mask32x16};
+
+use super::bins::{Record, flag};
+use super::emit::{Emitter, half_size};
+use super::setup::{PlaneFrame, ZPlane};
+use super::shader::PrimitiveAttributes;
+use super::state::{DepthPlane, Face, FrontFace, SetupFrom};
+use super::texture::TILE;
+use super::vertices::GROUP;
+use super::viewport::{HALF, outside};
+
+/// Width and height, in 1/256 pixel, that a small triangle stays below.
+const SMALL: i32 = 1 << 14;
+
+/// The identity of each primitive of a part.
+#[derive(Clone, Copy)]
+pub(super) enum Ids<'a> {
+    /// Consecutive from here.
+    From(u32),
+    /// One each.
+    Listed(&'a [u32]),
+}
+
+impl Ids<'_> {
+    #[inline(always)]
+    pub fn get(&self, index: usize) -> u32 {
+        match self {
+            Self::From(first) => first + index as u32,
+            Self::Listed(ids) => ids[index],
+        }
+    }
+}
+
+/// Corners of sixteen triangles, `[corner][lane]`.
+struct Corners {
+    fx: [[i32; GROUP]; 3],
+    fy: [[i32; GROUP]; 3],
+    z: [[f32; GROUP]; 3],
+    /// Outcode bits that any corner has, and that all have.
+    any: [i32; GROUP],
+    all: [i32; GROUP],
+}
+
+/// What becomes of sixteen triangles; masks have one bit per lane.
+struct Setup {
+    /// Set up here, with pixels to cover.
+    drawn: u32,
+    /// For the long way.
+    long: u32,
+    front: u32,
+    /// Bounds that the scissor has cut.
+    cut: u32,
+    /// Twice the signed area in 1/65536 pixel².
+    area: [i32; GROUP],
+    /// First and last column and row, inclusive: x0, y0, x1, y1.
+    bounds: [[i32; GROUP]; 4],
+    /// Edge functions: per pixel right, per pixel down, and at the first pixel of the tile where the bounds start.
+    a: [[i32; GROUP]; 3],
+    b: [[i32; GROUP]; 3],
+    c: [[i32; GROUP]; 3],
+}
+
+/// Depth or weight planes of sixteen triangles: at the anchor, per pixel right, per pixel down.
+struct Planes([[f32; GROUP]; 3]);
+
+impl Planes {
+    /// Through these values at the corners, `[corner][lane]`.
+    #[inline(always)]
+    fn new(frames: &[PlaneFrame; GROUP], values: &[[f32; GROUP]; 3]) -> Self {
+        let mut planes = [[0.0; GROUP]; 3];
+        for lane in 0..GROUP {
+            let plane = frames[lane].plane([values[0][lane], values[1][lane], values[2][lane]]);
+            planes[0][lane] = plane[0];
+            planes[1][lane] = plane[1];
+            planes[2][lane] = plane[2];
+        }
+        Self(planes)
+    }
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> [f32; 3] {
+        [self.0[0][lane], self.0[1][lane], self.0[2][lane]]
+    }
+}
+
+impl Emitter<'_> {
+    /// All triangles of a part.
+    #[inline(always)]
+    pub fn triangles<S: Simd>(&mut self, simd: S, primitives: &[[u32; 3]], ids: Ids<'_>) {
+        let rules = self.pipeline.rules;
+        if self.observer.is_some() || rules.depth_plane != DepthPlane::Reference || rules.setup_from != SetupFrom::Snapped {
+            for (i, primitive) in primitives.iter().enumerate() {
+                self.triangle(*primitive, ids.get(i));
+            }
+            return;
+        }
+        for (group, primitives) in primitives.chunks(GROUP).enumerate() {
+            let corners = self.corners(primitives);
+            let setup = self.set_up(simd, &corners, primitives.len());
+            self.emit(&setup, &corners, primitives, ids, group * GROUP);
+        }
+    }
+
+    #[inline(always)]
+    fn corners(&self, primitives: &[[u32; 3]]) -> Corners {
+        let zero = [[0; GROUP]; 3];
+        let mut corners = Corners { fx: zero, fy: zero, z: [[0.0; GROUP]; 3], any: [0; GROUP], all: [0; GROUP] };
+        for (lane, primitive) in primitives.iter().enumerate() {
+            let (mut any, mut all) = (0, !0);
+            for (corner, &vertex) in primitive.iter().enumerate() {
+                let (group, at) = (&self.window.groups[vertex as usize / GROUP], vertex as usize % GROUP);
+                corners.fx[corner][lane] = group.fx[at];
+                corners.fy[corner][lane] = group.fy[at];
+                corners.z[corner][lane] = group.z[at];
+                any |= group.outcode[at];
+                all &= group.outcode[at];
+            }
+            corners.any[lane] = any;
+            corners.all[lane] = all;
+        }
+        corners
+    }
+
+    /// Rejects, culls and sets up the first `count` lanes, and counts what is dropped.
+    #[inline(always)]
+    fn set_up<S: Simd>(&mut self, simd: S, corners: &Corners, count: usize) -> Setup {
+        let zero = i32x16::splat(simd, 0);
+        let (any, all) = (i32x16::load_array(simd, corners.any), i32x16::load_array(simd, corners.all));
+        let [x0, x1, x2] = lanes(simd, &corners.fx);
+        let [y0, y1, y2] = lanes(simd, &corners.fy);
+        let min_x = x0.min(x1).min(x2);
+        let max_x = x0.max(x1).max(x2);
+        let min_y = y0.min(y1).min(y2);
+        let max_y = y0.max(y1).max(y2);
+
+        let used = if count == GROUP { 0xffff } else { (1u32 << count) - 1 };
+        let rejected =
+            used & (bits(!(any & i32::from(outside::NAN)).simd_eq(zero)) | bits(!(all & i32::from(outside::FRUSTUM)).simd_eq(zero)));
+        let unclipped = bits((any & i32::from(self.view.clip_mask())).simd_eq(zero));
+        let small = bits((max_x - min_x).simd_lt(i32x16::splat(simd, SMALL)) & (max_y - min_y).simd_lt(i32x16::splat(simd, SMALL)));
+        let plain = used & !rejected & unclipped & small;
+
+        let area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0);
+        let flat = plain & bits(area.simd_eq(zero));
+        let clockwise = area.simd_gt(zero);
+        let state = &self.pipeline.desc.primitive;
+        let front = if state.front_face == FrontFace::Ccw { !bits(clockwise) } else { bits(clockwise) };
+        let culled = plain
+            & !flat
+            & match state.cull_mode {
+                Some(Face::Front) => front,
+                Some(Face::Back) => !front,
+                None => 0,
+            };
+
+        // Pixels whose centres lie in the bounding box, as in `setup::pixel_bounds`.
+        let own = [(min_x + (HALF - 1)) >> 8, (min_y + (HALF - 1)) >> 8, (max_x - HALF) >> 8, (max_y - HALF) >> 8];
+        let bounds = self.scissored(own);
+        let cut = !bits(bounds[0].simd_eq(own[0]) & bounds[1].simd_eq(own[1]) & bounds[2].simd_eq(own[2]) & bounds[3].simd_eq(own[3]));
+        let covers = bits(bounds[0].simd_le(bounds[2]) & bounds[1].simd_le(bounds[3]));
+        let empty = plain & !flat & !culled & !covers;
+
+        let statistics = &mut self.out.statistics;
+        let long = used & !rejected & !plain;
+        statistics.clipper_invocations += u64::from((used & !long).count_ones());
+        statistics.clipper_primitives_out += u64::from(plain.count_ones());
+        statistics.primitives_rejected += u64::from(rejected.count_ones());
+        statistics.primitives_zero_area += u64::from(flat.count_ones());
+        statistics.primitives_culled += u64::from(culled.count_ones());
+        statistics.primitives_without_samples += u64::from(empty.count_ones());
+
+        let (ox, oy) = ((bounds[0] >> 6) << 14, (bounds[1] >> 6) << 14);
+        let cx = [x0, Select::select(clockwise, x1, x2), Select::select(clockwise, x2, x1)];
+        let cy = [y0, Select::select(clockwise, y1, y2), Select::select(clockwise, y2, y1)];
+        let none = [[0; GROUP]; 3];
+        let mut setup = Setup {
+            drawn: plain & !flat & !culled & !empty,
+            long,
+            front,
+            cut,
+            area: area.into(),
+            bounds: [bounds[0].into(), bounds[1].into(), bounds[2].into(), bounds[3].into()],
+            a: none,
+            b: none,
+            c: none,
+        };
+        for i in 0..3 {
+            let to = (i + 1) % 3;
+            let (a, b) = (cy[i] - cy[to], cx[to] - cx[i]);
+            let top_left = a.simd_gt(zero) | (a.simd_eq(zero) & b.simd_gt(zero));
+            let k = a * (ox - cx[i] + HALF) + b * (oy - cy[i] + HALF) - Select::select(top_left, zero, i32x16::splat(simd, 1));
+            setup.a[i] = a.into();
+            setup.b[i] = b.into();
+            setup.c[i] = (k >> 8).into();
+        }
+        setup
+    }
+
+    /// Makes the records, in order.
+    #[inline(always)]
+    fn emit(&mut self, setup: &Setup, corners: &Corners, primitives: &[[u32; 3]], ids: Ids<'_>, first: usize) {
+        let (needs_depth, attributes) = (self.needs_depth(), self.pipeline.fragment.attributes);
+        let mut frames = [PlaneFrame::default(); GROUP];
+        if needs_depth || attributes {
+            for lane in 0..GROUP {
+                let at = |corner: usize| [corners.fx[corner][lane], corners.fy[corner][lane]];
+                frames[lane] = PlaneFrame::new([at(0), at(1), at(2)], i64::from(setup.area[lane]));
+            }
+        }
+        let z = needs_depth.then(|| Planes::new(&frames, &corners.z));
+        let weights = attributes.then(|| {
+            let (zero, one) = ([0.0; GROUP], [1.0; GROUP]);
+            (Planes::new(&frames, &[zero, one, zero]), Planes::new(&frames, &[zero, zero, one]))
+        });
+        let mut left = setup.drawn | setup.long;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let id = ids.get(first + lane);
+            if setup.long >> lane & 1 == 1 {
+                self.triangle(primitives[lane], id);
+                continue;
+            }
+            let front = setup.front >> lane & 1 == 1;
+            let mut flags = if front { 0 } else { flag::BACK };
+            if setup.cut >> lane & 1 == 1 {
+                flags |= flag::RECT;
+            }
+            let mut plane = ZPlane { anchor: frames[lane].anchor, ..ZPlane::default() };
+            if let Some(z) = &z {
+                [plane.base, plane.dx, plane.dy] = z.get(lane);
+                let corner_z = [corners.z[0][lane], corners.z[1][lane], corners.z[2][lane]];
+                let bias = self.depth_bias(&plane, corner_z);
+                plane.base += bias;
+                // Never more pixels than this from the anchor; a larger number only asks for a clamp that changes nothing.
+                let pixels = (2 * (SMALL >> 8)) as f32 + plane.anchor_slack();
+                if plane.may_leave(self.view.depth_range, corner_z, bias, pixels) {
+                    flags |= flag::CLAMP_Z;
+                }
+            }
+            let entry = self.out.attributes.len() as u32;
+            if let Some((l1, l2)) = &weights {
+                let vertices = primitives[lane];
+                self.out.attributes.push(PrimitiveAttributes {
+                    anchor: [frames[lane].anchor[0] as f32, frames[lane].anchor[1] as f32],
+                    l1: l1.get(lane),
+                    l2: l2.get(lane),
+                    inv_w: vertices.map(|v| self.window.groups[v as usize / GROUP].inv_w[v as usize % GROUP]),
+                    varyings: vertices.map(|v| self.varyings_of(v)),
+                    primitive_id: id,
+                    front_facing: front,
+                    is_point: false,
+                });
+            }
+            let edge = |from: &[[i32; GROUP]; 3]| [from[0][lane], from[1][lane], from[2][lane]];
+            let bounds = [setup.bounds[0][lane], setup.bounds[1][lane], setup.bounds[2][lane], setup.bounds[3][lane]];
+            self.bin_small(
+                bounds,
+                edge(&setup.a),
+                edge(&setup.b),
+                edge(&setup.c),
+                Record {
+                    z: [plane.base, plane.dx, plane.dy],
+                    anchor: [plane.anchor[0] as i16, plane.anchor[1] as i16],
+                    draw: self.draw,
+                    attributes: entry,
+                    sequence: self.out.sequence,
+                    flags,
+                    ..Record::default()
+                },
+            );
+            self.out.sequence += 1;
+        }
+    }
+
+    /// All points of a part.
+    #[inline(always)]
+    pub fn points<S: Simd>(&mut self, simd: S, primitives: &[[u32; 3]], ids: Ids<'_>) {
+        if self.observer.is_some() {
+            for (i, primitive) in primitives.iter().enumerate() {
+                self.point(primitive[0], ids.get(i));
+            }
+            return;
+        }
+        for (group, primitives) in primitives.chunks(GROUP).enumerate() {
+            self.sprites(simd, primitives, ids, group * GROUP);
+        }
+    }
+
+    /// Up to sixteen points.
+    #[inline(always)]
+    fn sprites<S: Simd>(&mut self, simd: S, primitives: &[[u32; 3]], ids: Ids<'_>, first: usize) {
+        let (mut fx, mut fy, mut outcode) = ([0; GROUP], [0; GROUP], [0; GROUP]);
+        let (mut z, mut size) = ([0.0; GROUP], [1.0; GROUP]);
+        for (lane, [vertex, ..]) in primitives.iter().enumerate() {
+            let (group, at) = (*vertex as usize / GROUP, *vertex as usize % GROUP);
+            let window = &self.window.groups[group];
+            fx[lane] = window.fx[at];
+            fy[lane] = window.fy[at];
+            z[lane] = window.z[at];
+            outcode[lane] = window.outcode[at];
+            size[lane] = self.clip.groups[group].point_size[at];
+        }
+        let zero = i32x16::splat(simd, 0);
+        let half = i32x16::<S>::truncate_from(half_size(f32x16::load_array(simd, size)));
+        let (x, y) = (i32x16::load_array(simd, fx), i32x16::load_array(simd, fy));
+        let outcode = i32x16::load_array(simd, outcode);
+
+        let used = if primitives.len() == GROUP { 0xffff } else { (1u32 << primitives.len()) - 1 };
+        let unclipped = bits((outcode & i32::from(outside::NAN | self.view.clip_mask())).simd_eq(zero));
+        let small = bits(half.simd_lt(i32x16::splat(simd, SMALL / 2)));
+        // A sprite does not own its right and lower edges.
+        let bounds = self.scissored([
+            (x - half + (HALF - 1)) >> 8,
+            (y - half + (HALF - 1)) >> 8,
+            (x + half - (HALF + 1)) >> 8,
+            (y + half - (HALF + 1)) >> 8,
+        ]);
+        let covers = bits(bounds[0].simd_le(bounds[2]) & bounds[1].simd_le(bounds[3]));
+        let (plain, long) = (used & unclipped & small, used & unclipped & !small);
+
+        let statistics = &mut self.out.statistics;
+        statistics.clipper_invocations += u64::from((used & !long).count_ones());
+        statistics.clipper_primitives_out += u64::from(plain.count_ones());
+        statistics.primitives_rejected += u64::from((used & !unclipped).count_ones());
+        statistics.primitives_without_samples += u64::from((plain & !covers).count_ones());
+
+        let bounds: [[i32; GROUP]; 4] = [bounds[0].into(), bounds[1].into(), bounds[2].into(), bounds[3].into()];
+        let half: [i32; GROUP] = half.into();
+        let mut left = (plain & covers) | long;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let (vertex, id) = (primitives[lane][0], ids.get(first + lane));
+            if long >> lane & 1 == 1 {
+                self.point(vertex, id);
+                continue;
+            }
+            let entry = self.out.attributes.len() as u32;
+            if self.pipeline.fragment.attributes {
+                self.push_sprite(vertex, half[lane], id);
+            }
+            let bounds = [bounds[0][lane], bounds[1][lane], bounds[2][lane], bounds[3][lane]];
+            self.bin_small(
+                bounds,
+                [0; 3],
+                [0; 3],
+                [0; 3],
+                Record {
+                    z: [z[lane], 0.0, 0.0],
+                    draw: self.draw,
+                    attributes: entry,
+                    sequence: self.out.sequence,
+                    flags: flag::ACCEPT | flag::RECT | flag::CLAMP_Z,
+                    ..Record::default()
+                },
+            );
+            self.out.sequence += 1;
+        }
+    }
+
+    /// Bounds, inclusive, cut to the scissor.
+    #[inline(always)]
+    fn scissored<S: Simd>(&self, [x0, y0, x1, y1]: [i32x16<S>; 4]) -> [i32x16<S>; 4] {
+        let (simd, s) = (x0.token(), self.scissor);
+        [
+            x0.max(i32x16::splat(simd, s.x0 as i32)),
+            y0.max(i32x16::splat(simd, s.y0 as i32)),
+            x1.min(i32x16::splat(simd, s.x1 as i32 - 1)),
+            y1.min(i32x16::splat(simd, s.y1 as i32 - 1)),
+        ]
+    }
+
+    /// Puts a small primitive (edge functions from the first pixel of the tile where its bounds start) into its tiles; `record` has the rest.
+    #[inline(always)]
+    fn bin_small(&mut self, [x0, y0, x1, y1]: [i32; 4], a: [i32; 3], b: [i32; 3], c: [i32; 3], record: Record) {
+        let (tx0, ty0, tx1, ty1) = (x0 >> 6, y0 >> 6, x1 >> 6, y1 >> 6);
+        let single = tx0 == tx1 && ty0 == ty1;
+        let span = TILE as i32 - 1;
+        for ty in ty0..=ty1 {
+            for tx in tx0..=tx1 {
+                let (right, down) = ((tx - tx0) * TILE as i32, (ty - ty0) * TILE as i32);
+                let at = [c[0] + a[0] * right + b[0] * down, c[1] + a[1] * right + b[1] * down, c[2] + a[2] * right + b[2] * down];
+                if !single && (0..3).any(|i| at[i] + (a[i].max(0) + b[i].max(0)) * span < 0) {
+                    continue;
+                }
+                let (left, top) = (tx * TILE as i32, ty * TILE as i32);
+                *self.out.bins.slot(ty as usize, tx as usize) = Record {
+                    c: at,
+                    a: [a[0], a[1]],
+                    b: [b[0], b[1]],
+                    bounds: [(x0 - left).max(0) as u8, (y0 - top).max(0) as u8, (x1 - left).min(span) as u8, (y1 - top).min(span) as u8],
+                    ..record
+                };
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn lanes<S: Simd>(simd: S, corners: &[[i32; GROUP]; 3]) -> [i32x16<S>; 3] {
+    [i32x16::load_array(simd, corners[0]), i32x16::load_array(simd, corners[1]), i32x16::load_array(simd, corners[2])]
+}
+
+#[inline(always)]
+fn bits<S: Simd>(mask: mask32x16<S>) -> u32 {
+    mask.to_bitmask() as u32
+}
