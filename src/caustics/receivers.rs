@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 
-use crate::geom::Aabb;
+use crate::geom::{Aabb, Mesh};
 use crate::passes::geometry_buffer::ReceiverVertex;
 use crate::pipeline::Buffer;
 use crate::scene::{Material, Scene, SceneError};
@@ -42,9 +42,7 @@ impl Receivers {
         for (index, object) in scene.objects.iter().enumerate() {
             let mesh = scene.mesh(index)?.transformed(object.transform.world_from_object());
             let first = builder.indices.len() as u32;
-            for triangle in mesh.triangles() {
-                builder.triangle(triangle.map(|i| (mesh.positions[i as usize], mesh.normals[i as usize])));
-            }
+            builder.mesh(&mesh);
             groups.push(ReceiverGroup { material: object.material.clone(), elements: first..builder.indices.len() as u32 });
         }
         let bounds = Aabb::from_points(builder.vertices.iter().map(|v| v.position_ws.truncate()));
@@ -65,6 +63,10 @@ impl Receivers {
 
 type Corner = (Vec3, Vec3);
 
+fn vertex((position, normal): &Corner) -> ReceiverVertex {
+    ReceiverVertex { position_ws: position.extend(1.0), normal_ws: normal.extend(0.0) }
+}
+
 struct Builder {
     vertices: Vec<ReceiverVertex>,
     indices: Vec<u32>,
@@ -72,12 +74,23 @@ struct Builder {
 }
 
 impl Builder {
-    fn triangle(&mut self, corners: [Corner; 3]) {
-        let Some(cut) = self.cut_y else { return self.polygon(&corners) };
-        let above = corners.map(|c| c.0.y > cut);
-        if above == [above[0]; 3] {
-            return self.polygon(&corners);
+    fn mesh(&mut self, mesh: &Mesh) {
+        let first = self.vertices.len() as u32;
+        let corners = || mesh.positions.iter().copied().zip(mesh.normals.iter().copied());
+        self.vertices.extend(corners().map(|corner| vertex(&corner)));
+        for triangle in mesh.triangles() {
+            let above = triangle.map(|i| self.cut_y.is_some_and(|cut| mesh.positions[i as usize].y > cut));
+            match self.cut_y {
+                Some(cut) if above != [above[0]; 3] => {
+                    self.cut(triangle.map(|i| (mesh.positions[i as usize], mesh.normals[i as usize])), above, cut);
+                }
+                _ => self.indices.extend(triangle.map(|i| first + i)),
+            }
         }
+    }
+
+    /// A triangle with corners above and below the cut becomes three.
+    fn cut(&mut self, corners: [Corner; 3], above: [bool; 3], cut: f32) {
         for side in [true, false] {
             let mut polygon = Vec::with_capacity(4);
             for i in 0..3 {
@@ -100,7 +113,7 @@ impl Builder {
 
     fn polygon(&mut self, corners: &[Corner]) {
         let first = self.vertices.len() as u32;
-        self.vertices.extend(corners.iter().map(|(p, n)| ReceiverVertex { position_ws: p.extend(1.0), normal_ws: n.extend(0.0) }));
+        self.vertices.extend(corners.iter().map(vertex));
         for k in 1..corners.len() as u32 - 1 {
             self.indices.extend([first, first + k, first + k + 1]);
         }

@@ -47,8 +47,12 @@ pub trait Lanes:
     fn store(self, slice: &mut [f32]);
     /// The token this value was made with.
     fn token(self) -> Self::Token;
-    /// The number in lane `index`.
+    /// The number in lane `index`. For all of them, [`Self::to_array`] is quicker.
     fn lane(self, index: usize) -> f32;
+    /// Lane `i` in place `i`; places beyond [`Self::LEN`] are 0.
+    fn to_array(self) -> [f32; 16];
+    /// The integral parts of the lanes, which lie in `0..2^24`; other values are outside the contract. Places beyond [`Self::LEN`] are 0.
+    fn to_indices(self) -> [u32; 16];
 
     /// `mask ? if_true : if_false`, lane by lane.
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
@@ -113,7 +117,8 @@ pub trait Lanes:
     #[inline(always)]
     #[must_use]
     fn map(self, mut f: impl FnMut(f32) -> f32) -> Self {
-        Self::from_fn(self.token(), |i| f(self.lane(i)))
+        let lanes = self.to_array();
+        Self::from_fn(self.token(), |i| f(lanes[i]))
     }
 }
 
@@ -168,6 +173,18 @@ impl Lanes for f32 {
     #[inline(always)]
     fn lane(self, _index: usize) -> f32 {
         self
+    }
+    #[inline(always)]
+    fn to_array(self) -> [f32; 16] {
+        let mut lanes = [0.0; 16];
+        lanes[0] = self;
+        lanes
+    }
+    #[inline(always)]
+    fn to_indices(self) -> [u32; 16] {
+        let mut lanes = [0; 16];
+        lanes[0] = self as u32;
+        lanes
     }
     #[inline(always)]
     fn select(mask: bool, if_true: Self, if_false: Self) -> Self {
@@ -254,6 +271,14 @@ impl<S: Simd> Lanes for f32x16<S> {
     #[inline(always)]
     fn lane(self, index: usize) -> f32 {
         SimdBase::as_array(&self)[index]
+    }
+    #[inline(always)]
+    fn to_array(self) -> [f32; 16] {
+        self.into()
+    }
+    #[inline(always)]
+    fn to_indices(self) -> [u32; 16] {
+        bytemuck::cast::<[i32; 16], _>(i32x16::truncate_from(self).into())
     }
     #[inline(always)]
     fn select(mask: mask32x16<S>, if_true: Self, if_false: Self) -> Self {

@@ -9,7 +9,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
 use crate::math::lanes::Lanes;
-use crate::math::vector::{V3, v3, v4};
+use crate::math::vector::{V3, v4};
 use crate::pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
 };
@@ -88,21 +88,7 @@ impl FragmentShader for Fragment {
         // Both sides of an open surface are receivers.
         let away = normal.dot(camera.view_direction(position)).gt(position.x.like(0.0));
         let normal = V3::select(away, -normal, normal);
-        let albedo = match &self.albedo {
-            Albedo::Solid(color) => V3::splat(input.token, *color),
-            pattern => {
-                let mut lanes = [Vec3::ZERO; 16];
-                for (i, lane) in lanes.iter_mut().enumerate().take(L::LEN) {
-                    let at = Vec3::new(position.x.lane(i), position.y.lane(i), position.z.lane(i));
-                    *lane = pattern.at(at, Vec3::new(normal.x.lane(i), normal.y.lane(i), normal.z.lane(i)));
-                }
-                v3(
-                    L::from_fn(input.token, |i| lanes[i].x),
-                    L::from_fn(input.token, |i| lanes[i].y),
-                    L::from_fn(input.token, |i| lanes[i].z),
-                )
-            }
-        };
+        let albedo = self.albedo.at_lanes(position, normal);
         let one = position.x.like(1.0);
         output.color[0] = v4(position.x, position.y, position.z, position.x.like(1.0 + self.kind as u8 as f32));
         output.color[1] = v4(normal.x, normal.y, normal.z, one);

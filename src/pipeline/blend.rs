@@ -19,6 +19,8 @@ pub(super) struct TargetPlan {
     clamp: bool,
     /// Plain additive f32: the sum of what was there and what the shader gave, in every channel.
     pub additive_f32: bool,
+    /// What the shader gave, as it is, in every channel.
+    plain_f32: bool,
 }
 
 impl TargetPlan {
@@ -27,10 +29,10 @@ impl TargetPlan {
         let quantizer = Quantizer::new(info.kind, f16);
         let additive = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
         let all = (1u32 << info.channels) - 1;
-        let additive_f32 = quantizer == Quantizer::Exact
-            && state.write_mask.bits() & all == all
-            && state.blend.is_some_and(|b| b.color == additive && b.alpha == additive);
-        Self { channels: info.channels, blend: state.blend, write_mask: state.write_mask, quantizer, clamp, additive_f32 }
+        let exact = quantizer == Quantizer::Exact && state.write_mask.bits() & all == all;
+        let additive_f32 = exact && state.blend.is_some_and(|b| b.color == additive && b.alpha == additive);
+        let plain_f32 = exact && state.blend.is_none();
+        Self { channels: info.channels, blend: state.blend, write_mask: state.write_mask, quantizer, clamp, additive_f32, plain_f32 }
     }
 
     /// A block's colours as they are blended.
@@ -74,6 +76,14 @@ impl TargetPlan {
             }
             return;
         }
+        if self.plain_f32 {
+            for (c, source) in source.chunks_exact(16).enumerate().take(self.channels) {
+                let plane = &mut planes[c * TILE_PIXELS + offset..][..16];
+                let old = <f32x16<S> as Lanes>::load(simd, plane);
+                Lanes::store(<f32x16<S> as Lanes>::select(lanes, Lanes::load(simd, source), old), plane);
+            }
+            return;
+        }
         let src = self.load_source(simd, source);
         let mut result = src;
         if let Some(blend) = self.blend {
@@ -93,10 +103,11 @@ impl TargetPlan {
                 *value = operands.blend(component, c);
             }
         }
-        for (c, value) in result.into_iter().enumerate().take(self.channels) {
+        for c in 0..self.channels {
             if !self.writes(c) {
                 continue;
             }
+            let value = result[c];
             let plane = &mut planes[c * TILE_PIXELS + offset..][..16];
             let value = if self.quantizer == Quantizer::Exact { value } else { Lanes::map(value, |v| self.quantizer.apply(v, c)) };
             let old = <f32x16<S> as Lanes>::load(simd, plane);

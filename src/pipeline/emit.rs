@@ -78,10 +78,14 @@ impl Emitter<'_> {
             self.report(id, None, PrimitiveOutcome::Rejected);
         } else if any & self.view.clip_mask() == 0 {
             self.out.statistics.clipper_primitives_out += 1;
-            self.window_triangle(vertices.map(|v| self.corner(v)), id, false);
+            self.unclipped_triangle(vertices, id);
         } else {
             self.clipped_triangle(vertices, id);
         }
+    }
+
+    pub fn unclipped_triangle(&mut self, [a, b, c]: [u32; 3], id: u32) {
+        self.window_triangle(&[self.corner(a), self.corner(b), self.corner(c)], id, false);
     }
 
     /// Clips, gives every new corner its varyings, and draws the polygon as a fan.
@@ -107,7 +111,7 @@ impl Emitter<'_> {
         };
         for piece in pieces {
             self.out.statistics.clipper_primitives_out += 1;
-            self.window_triangle(piece.map(|k| corners[k]), id, true);
+            self.window_triangle(&piece.map(|k| corners[k]), id, true);
         }
     }
 
@@ -129,7 +133,7 @@ impl Emitter<'_> {
         start
     }
 
-    fn window_triangle(&mut self, corners: [Corner; 3], id: u32, clipped: bool) {
+    fn window_triangle(&mut self, corners: &[Corner; 3], id: u32, clipped: bool) {
         let [w0, w1, w2] = [&corners[0].window, &corners[1].window, &corners[2].window];
         let area = double_area([w0, w1, w2]);
         let at = || Some([[w0.fx, w0.fy], [w1.fx, w1.fy], [w2.fx, w2.fy]]);

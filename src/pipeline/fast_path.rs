@@ -9,10 +9,11 @@ use crate::math::lanes::Lanes;
 
 use super::bins::{Record, flag};
 use super::blend::TargetPlan;
+use super::coarse_depth::CoarseDepth;
 use super::depth_stencil::StencilFace;
 use super::format::ChannelKind;
 use super::pass::Draw;
-use super::raster::{BlockSink, walk};
+use super::raster::{BlockSink, next_square, walk};
 use super::render_pipeline::{DepthPlan, FragmentPlan};
 use super::shader::{FragmentStage, PrimitiveAttributes, ShadeSource};
 use super::state::{CompareFunction, StencilOperation};
@@ -101,9 +102,9 @@ pub(super) fn run<S: Simd>(
     simd: S,
     path: FastPath,
     records: &[Record],
-    draw: &Draw<'_>,
-    state: &DrawState<'_>,
+    (draw, state): (&Draw<'_>, &DrawState<'_>),
     source: ShadeSource<'_>,
+    coarse: Option<&CoarseDepth>,
     origin: [i32; 2],
     targets: &mut TileTargets<'_>,
     counters: &mut TileCounters,
@@ -116,30 +117,30 @@ pub(super) fn run<S: Simd>(
             let (Some(planes), Some(colors)) = (targets.color[0].as_deref_mut(), Colors::of(draw, source, one_color)) else { return false };
             let colors = Some(colors);
             passed = match (channels, depth) {
-                (1, IGNORE) => add::<S, 1, IGNORE>(simd, records, (draw, state), origin, colors, planes, z, strict),
-                (1, TEST) => add::<S, 1, TEST>(simd, records, (draw, state), origin, colors, planes, z, strict),
-                (1, _) => add::<S, 1, WRITE>(simd, records, (draw, state), origin, colors, planes, z, strict),
-                (2, IGNORE) => add::<S, 2, IGNORE>(simd, records, (draw, state), origin, colors, planes, z, strict),
-                (2, TEST) => add::<S, 2, TEST>(simd, records, (draw, state), origin, colors, planes, z, strict),
-                (2, _) => add::<S, 2, WRITE>(simd, records, (draw, state), origin, colors, planes, z, strict),
-                (_, IGNORE) => add::<S, 4, IGNORE>(simd, records, (draw, state), origin, colors, planes, z, strict),
-                (_, TEST) => add::<S, 4, TEST>(simd, records, (draw, state), origin, colors, planes, z, strict),
-                (_, _) => add::<S, 4, WRITE>(simd, records, (draw, state), origin, colors, planes, z, strict),
+                (1, IGNORE) => add::<S, 1, IGNORE>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
+                (1, TEST) => add::<S, 1, TEST>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
+                (1, _) => add::<S, 1, WRITE>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
+                (2, IGNORE) => add::<S, 2, IGNORE>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
+                (2, TEST) => add::<S, 2, TEST>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
+                (2, _) => add::<S, 2, WRITE>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
+                (_, IGNORE) => add::<S, 4, IGNORE>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
+                (_, TEST) => add::<S, 4, TEST>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
+                (_, _) => add::<S, 4, WRITE>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
             };
             counters.fragments_shaded += passed;
         }
         FastPath::Stencil { depth, strict } => {
             let Some(stencil) = targets.stencil.as_deref_mut() else { return false };
             passed = match depth {
-                IGNORE => count::<S, IGNORE>(simd, records, (draw, state), origin, stencil, z, strict),
-                _ => count::<S, TEST>(simd, records, (draw, state), origin, stencil, z, strict),
+                IGNORE => count::<S, IGNORE>(simd, records, (draw, state), coarse, origin, stencil, z, strict),
+                _ => count::<S, TEST>(simd, records, (draw, state), coarse, origin, stencil, z, strict),
             };
         }
         FastPath::Depth { strict } => {
             if z.is_empty() {
                 return false;
             }
-            passed = add::<S, 0, WRITE>(simd, records, (draw, state), origin, None, &mut [], z, strict);
+            passed = add::<S, 0, WRITE>(simd, records, (draw, state), coarse, origin, None, &mut [], z, strict);
         }
     }
     counters.fragments_passed += passed;
@@ -150,7 +151,7 @@ pub(super) fn run<S: Simd>(
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "the parts of a sink, borrowed separately")]
 fn test_depth<S: Simd, const DEPTH: u8>(
-    z: &BlockDepth<S>,
+    z: &BlockDepth<'_, S>,
     plane: &mut [f32],
     bx: i32,
     by: i32,
@@ -174,7 +175,7 @@ fn test_depth<S: Simd, const DEPTH: u8>(
 
 /// Adds colours.
 struct AddSink<'a, S: Simd, const CHANNELS: usize, const DEPTH: u8> {
-    z: BlockDepth<S>,
+    z: BlockDepth<'a, S>,
     color: [f32x16<S>; CHANNELS],
     planes: &'a mut [f32],
     depth: &'a mut [f32],
@@ -184,6 +185,15 @@ struct AddSink<'a, S: Simd, const CHANNELS: usize, const DEPTH: u8> {
 
 impl<S: Simd, const CHANNELS: usize, const DEPTH: u8> BlockSink<S> for AddSink<'_, S, CHANNELS, DEPTH> {
     const TAKES_EMPTY: bool = true;
+
+    #[inline(always)]
+    fn visible_blocks(&self, simd: S, rx: i32, ry: i32) -> u32 {
+        if DEPTH == TEST { self.z.visible_blocks(simd, rx, ry) } else { 0xffff }
+    }
+    #[inline(always)]
+    fn visible_regions(&self, simd: S) -> u32 {
+        if DEPTH == TEST { self.z.visible_regions(simd) } else { 0xffff }
+    }
 
     #[inline(always)]
     fn block(&mut self, simd: S, _record: &Record, bx: i32, by: i32, mask: mask32x16<S>) {
@@ -217,6 +227,7 @@ fn add<S: Simd, const CHANNELS: usize, const DEPTH: u8>(
     simd: S,
     records: &[Record],
     (draw, state): (&Draw<'_>, &DrawState<'_>),
+    coarse: Option<&CoarseDepth>,
     origin: [i32; 2],
     colors: Option<Colors<'_>>,
     planes: &mut [f32],
@@ -230,7 +241,7 @@ fn add<S: Simd, const CHANNELS: usize, const DEPTH: u8>(
         for (lanes, value) in color.iter_mut().zip(values) {
             *lanes = Lanes::splat(simd, value);
         }
-        let z = BlockDepth::new(simd, record, origin, draw, state.pipeline.rules.depth_plane);
+        let z = BlockDepth::new(simd, record, origin, draw, state.pipeline, coarse);
         let mut sink = AddSink::<S, CHANNELS, DEPTH> { z, color, planes: &mut *planes, depth: &mut *depth, strict, passed: 0 };
         walk(simd, record, &mut sink);
         passed += sink.passed;
@@ -259,7 +270,7 @@ impl Count {
 
 /// Counts in the stencil.
 struct CountSink<'a, S: Simd, const DEPTH: u8> {
-    z: BlockDepth<S>,
+    z: BlockDepth<'a, S>,
     count: Count,
     stencil: &'a mut [u8],
     depth: &'a mut [f32],
@@ -286,6 +297,15 @@ impl<S: Simd, const DEPTH: u8> CountSink<'_, S, DEPTH> {
 
 impl<S: Simd, const DEPTH: u8> BlockSink<S> for CountSink<'_, S, DEPTH> {
     #[inline(always)]
+    fn visible_blocks(&self, simd: S, rx: i32, ry: i32) -> u32 {
+        if DEPTH == TEST { self.z.visible_blocks(simd, rx, ry) } else { 0xffff }
+    }
+    #[inline(always)]
+    fn visible_regions(&self, simd: S) -> u32 {
+        if DEPTH == TEST { self.z.visible_regions(simd) } else { 0xffff }
+    }
+
+    #[inline(always)]
     fn block(&mut self, simd: S, _record: &Record, bx: i32, by: i32, mask: mask32x16<S>) {
         let offset = offset_in_tile(bx as usize, by as usize);
         let covered = mask.to_bitmask() as u32;
@@ -309,8 +329,9 @@ impl<S: Simd, const DEPTH: u8> BlockSink<S> for CountSink<'_, S, DEPTH> {
         let offset = offset_in_tile(rx as usize, ry as usize);
         let step = if DEPTH == IGNORE { self.count.step } else { None };
         let Some(step) = step else {
-            for block in 0..16 {
-                self.full_block(simd, record, rx + (block & 3) * 4, ry + (block >> 2) * 4);
+            let mut blocks = self.visible_blocks(simd, rx, ry);
+            while let Some((bx, by)) = next_square(&mut blocks, 4, rx, ry) {
+                self.full_block(simd, record, bx, by);
             }
             return;
         };
@@ -325,10 +346,12 @@ impl<S: Simd, const DEPTH: u8> BlockSink<S> for CountSink<'_, S, DEPTH> {
 
 #[simd]
 #[inline(never)]
+#[allow(clippy::too_many_arguments, reason = "the parts of a tile worker, borrowed separately")]
 fn count<S: Simd, const DEPTH: u8>(
     simd: S,
     records: &[Record],
     (draw, state): (&Draw<'_>, &DrawState<'_>),
+    coarse: Option<&CoarseDepth>,
     origin: [i32; 2],
     stencil: &mut [u8],
     depth: &mut [f32],
@@ -339,7 +362,7 @@ fn count<S: Simd, const DEPTH: u8>(
     let mut passed = 0;
     for record in records {
         let count = if record.flags & flag::BACK != 0 { back } else { front };
-        let z = BlockDepth::new(simd, record, origin, draw, state.pipeline.rules.depth_plane);
+        let z = BlockDepth::new(simd, record, origin, draw, state.pipeline, coarse);
         let mut sink = CountSink::<S, DEPTH> { z, count, stencil: &mut *stencil, depth: &mut *depth, strict, passed: 0 };
         walk(simd, record, &mut sink);
         passed += sink.passed;

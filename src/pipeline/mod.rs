@@ -12,6 +12,7 @@ mod bins;
 mod blend;
 mod chunk;
 mod clip;
+mod coarse_depth;
 mod depth_stencil;
 mod emit;
 mod fast_path;

@@ -461,7 +461,8 @@ impl<'p, 'a> PassRun<'p, 'a> {
         self.output.waves += 1;
         let pass = &mut *self.pass;
         let clears = Clears::of(pass);
-        let context = TileContext { draws: &pass.draws, states, execution: self.device.execution };
+        let depth_stays = states.iter().any(|s| s.pipeline.rejects_by_depth) && !states.iter().any(|s| s.pipeline.depth.write);
+        let context = TileContext { draws: &pass.draws, states, depth_stays, execution: self.device.execution };
         let tiles = split_tiles(&mut pass.color, &mut pass.depth_stencil, self.tiles.0 * self.tiles.1);
         let tiles_x = self.tiles.0;
         let run = |tile: usize, mut targets: TileTargets<'_>, scratch: &mut TileScratch, observer: Option<&mut dyn Observer>| {

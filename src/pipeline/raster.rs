@@ -15,6 +15,18 @@ pub(super) trait BlockSink<S: Simd> {
     /// Whether a block without covered pixels costs less than a wrong guess about it, some twenty cycles.
     const TAKES_EMPTY: bool = false;
 
+    /// Blocks of the region at pixel (rx, ry) in which a fragment may pass, bit = block.
+    #[inline(always)]
+    fn visible_blocks(&self, _simd: S, _rx: i32, _ry: i32) -> u32 {
+        0xffff
+    }
+
+    /// Regions of the tile in which a fragment may pass, bit = region.
+    #[inline(always)]
+    fn visible_regions(&self, _simd: S) -> u32 {
+        0xffff
+    }
+
     /// The pixels in `mask` of the 4x4 block at pixel (bx, by) of the tile; not empty unless [`Self::TAKES_EMPTY`].
     fn block(&mut self, simd: S, record: &Record, bx: i32, by: i32, mask: mask32x16<S>);
 
@@ -27,8 +39,9 @@ pub(super) trait BlockSink<S: Simd> {
     /// A wholly covered 16x16 region at pixel (rx, ry) of the tile.
     #[inline(always)]
     fn region(&mut self, simd: S, record: &Record, rx: i32, ry: i32) {
-        for block in 0..16 {
-            self.full_block(simd, record, rx + (block & 3) * 4, ry + (block >> 2) * 4);
+        let mut blocks = self.visible_blocks(simd, rx, ry);
+        while let Some((bx, by)) = next_square(&mut blocks, 4, rx, ry) {
+            self.full_block(simd, record, bx, by);
         }
     }
 }
@@ -83,6 +96,29 @@ impl<S: Simd> WalkEdges<S> {
         self.c[i] + self.a[i] * x + self.b[i] * y
     }
 
+    /// Which of sixteen squares, `1 << log` pixels wide and the first of them at (x, y), have pixels inside, and which are covered whole.
+    #[inline(always)]
+    fn squares(&self, simd: S, log: i32, x: i32, y: i32) -> (u32, u32) {
+        let zero = i32x16::splat(simd, 0);
+        let (mut greatest, mut least) = (zero, zero);
+        let span = (1 << log) - 1;
+        for i in 0..3 {
+            // The pixels of a block, so many times as far apart, are the first pixels of the squares.
+            let first = (self.lanes[i] << log as u32) + self.at(i, x, y);
+            greatest |= first + span * (self.a[i].max(0) + self.b[i].max(0));
+            least |= first + span * (self.a[i].min(0) + self.b[i].min(0));
+        }
+        let [x0, y0, x1, y1] = self.bounds;
+        let touched =
+            greatest.simd_ge(zero).to_bitmask() as u32 & square_range((x0 - x) >> log, (x1 - x) >> log, (y0 - y) >> log, (y1 - y) >> log);
+        let mut inside = least.simd_ge(zero).to_bitmask() as u32;
+        if self.rect {
+            let (last_x, last_y) = (((x1 - x + 1) >> log) - 1, ((y1 - y + 1) >> log) - 1);
+            inside &= square_range((x0 - x + span) >> log, last_x, (y0 - y + span) >> log, last_y);
+        }
+        (touched, inside)
+    }
+
     /// Covered pixels of the block at (bx, by).
     #[inline(always)]
     fn coverage(&self, simd: S, bx: i32, by: i32) -> mask32x16<S> {
@@ -129,29 +165,18 @@ pub(super) fn walk<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, sink: &mu
         }
         return;
     }
-    let single = (x0 >> 4) == (x1 >> 4) && (y0 >> 4) == (y1 >> 4);
-    for ry in ((y0 & !15)..=y1).step_by(16) {
-        for rx in ((x0 & !15)..=x1).step_by(16) {
-            // A primitive inside one region goes straight to its blocks.
-            if !single {
-                let mut outside = false;
-                let mut inside = true;
-                for i in 0..3 {
-                    let at = edges.at(i, rx, ry);
-                    outside |= at + 15 * (edges.a[i].max(0) + edges.b[i].max(0)) < 0;
-                    inside &= at + 15 * (edges.a[i].min(0) + edges.b[i].min(0)) >= 0;
-                }
-                if outside {
-                    continue;
-                }
-                let within_bounds = rx >= x0 && ry >= y0 && rx + 15 <= x1 && ry + 15 <= y1;
-                if inside && (within_bounds || !edges.rect) {
-                    sink.region(simd, record, rx, ry);
-                    continue;
-                }
-            }
-            walk_region(simd, record, &edges, rx, ry, sink);
-        }
+    if (x0 >> 4) == (x1 >> 4) && (y0 >> 4) == (y1 >> 4) {
+        // A primitive inside one region goes straight to its blocks.
+        return walk_region(simd, record, &edges, x0 & !15, y0 & !15, sink);
+    }
+    let (touched, inside) = edges.squares(simd, 4, 0, 0);
+    let mut full = touched & inside & sink.visible_regions(simd);
+    let mut part = touched & !inside & sink.visible_regions(simd);
+    while let Some((rx, ry)) = next_square(&mut full, 16, 0, 0) {
+        sink.region(simd, record, rx, ry);
+    }
+    while let Some((rx, ry)) = next_square(&mut part, 16, 0, 0) {
+        walk_region(simd, record, &edges, rx, ry, sink);
     }
 }
 
@@ -168,7 +193,7 @@ fn walk_rectangle<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, sink: &mut
     if K::TAKES_EMPTY && (x1 >> 2) - (x0 >> 2) < 2 && (y1 >> 2) - (y0 >> 2) < 2 {
         for block in 0..4 {
             let (bx, by) = ((x0 & !3) + (block & 1) * 4, (y0 & !3) + (block >> 1) * 4);
-            let covered = block_range(x0 - bx, x1 - bx, y0 - by, y1 - by);
+            let covered = square_range(x0 - bx, x1 - bx, y0 - by, y1 - by);
             sink.block(simd, record, bx.min(60), by.min(60), mask32x16::from_bitmask(simd, u64::from(covered)));
         }
         return;
@@ -176,7 +201,7 @@ fn walk_rectangle<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, sink: &mut
     for by in ((y0 & !3)..=y1).step_by(4) {
         for bx in ((x0 & !3)..=x1).step_by(4) {
             // A block's pixels are numbered like a region's blocks.
-            let covered = block_range(x0 - bx, x1 - bx, y0 - by, y1 - by);
+            let covered = square_range(x0 - bx, x1 - bx, y0 - by, y1 - by);
             if covered == 0xffff {
                 sink.full_block(simd, record, bx, by);
             } else {
@@ -189,30 +214,13 @@ fn walk_rectangle<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, sink: &mut
 /// The blocks of the region at (rx, ry): whole ones first, then those that an edge crosses.
 #[inline(always)]
 fn walk_region<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, edges: &WalkEdges<S>, rx: i32, ry: i32, sink: &mut K) {
-    let zero = i32x16::splat(simd, 0);
-    let (mut greatest, mut least) = (zero, zero);
-    for i in 0..3 {
-        // The lanes of a block, four times as far apart, are the first pixels of a region's blocks.
-        let first = (edges.lanes[i] << 2) + edges.at(i, rx, ry);
-        greatest = greatest | (first + 3 * (edges.a[i].max(0) + edges.b[i].max(0)));
-        least = least | (first + 3 * (edges.a[i].min(0) + edges.b[i].min(0)));
+    let (touched, inside) = edges.squares(simd, 2, rx, ry);
+    let touched = touched & sink.visible_blocks(simd, rx, ry);
+    let (mut full, mut part) = (touched & inside, touched & !inside);
+    while let Some((bx, by)) = next_square(&mut full, 4, rx, ry) {
+        sink.full_block(simd, record, bx, by);
     }
-    let [x0, y0, x1, y1] = edges.bounds;
-    let touched = greatest.simd_ge(zero).to_bitmask() as u32 & block_range((x0 - rx) >> 2, (x1 - rx) >> 2, (y0 - ry) >> 2, (y1 - ry) >> 2);
-    let mut full = touched & least.simd_ge(zero).to_bitmask() as u32;
-    if edges.rect {
-        full &= block_range((x0 - rx + 3) >> 2, ((x1 - rx + 1) >> 2) - 1, (y0 - ry + 3) >> 2, ((y1 - ry + 1) >> 2) - 1);
-    }
-    let mut part = touched & !full;
-    while full != 0 {
-        let block = full.trailing_zeros() as i32;
-        full &= full - 1;
-        sink.full_block(simd, record, rx + (block & 3) * 4, ry + (block >> 2) * 4);
-    }
-    while part != 0 {
-        let block = part.trailing_zeros() as i32;
-        part &= part - 1;
-        let (bx, by) = (rx + (block & 3) * 4, ry + (block >> 2) * 4);
+    while let Some((bx, by)) = next_square(&mut part, 4, rx, ry) {
         let mask = edges.coverage(simd, bx, by);
         if mask.any_true() {
             sink.block(simd, record, bx, by, mask);
@@ -220,9 +228,20 @@ fn walk_region<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, edges: &WalkE
     }
 }
 
-/// The blocks of a region in columns x0..=x1 and rows y0..=y1, as far as they exist, bit = 4·row + column.
+/// Takes the first of a set of sixteen squares, `size` pixels wide and the first of them at (x, y): its first pixel.
 #[inline(always)]
-fn block_range(x0: i32, x1: i32, y0: i32, y1: i32) -> u32 {
+pub(super) fn next_square(squares: &mut u32, size: i32, x: i32, y: i32) -> Option<(i32, i32)> {
+    if *squares == 0 {
+        return None;
+    }
+    let square = squares.trailing_zeros() as i32;
+    *squares &= *squares - 1;
+    Some((x + (square & 3) * size, y + (square >> 2) * size))
+}
+
+/// The squares of sixteen in columns x0..=x1 and rows y0..=y1, as far as they exist, bit = 4·row + column.
+#[inline(always)]
+fn square_range(x0: i32, x1: i32, y0: i32, y1: i32) -> u32 {
     // Columns below the end less those below the start; without a branch, an end before the start gives none.
     let below = |end: i32| (1u32 << end.clamp(0, 4)) - 1;
     let rows_below = |end: i32| (1u32 << (4 * end.clamp(0, 4))) - 1;
@@ -232,17 +251,17 @@ fn block_range(x0: i32, x1: i32, y0: i32, y1: i32) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::block_range;
+    use super::square_range;
 
     #[test]
-    fn block_range_names_the_blocks_of_every_rectangle() {
+    fn square_range_names_the_blocks_of_every_rectangle() {
         for x0 in -2..6 {
             for x1 in -2..6 {
                 for y0 in -2..6 {
                     for y1 in -2..6 {
                         let inside = |b: i32| (x0..=x1).contains(&(b & 3)) && (y0..=y1).contains(&(b >> 2));
                         let expected = (0..16).filter(|b| inside(*b)).fold(0, |bits, b| bits | 1 << b);
-                        assert_eq!(block_range(x0, x1, y0, y1), expected, "{x0} {x1} {y0} {y1}");
+                        assert_eq!(square_range(x0, x1, y0, y1), expected, "{x0} {x1} {y0} {y1}");
                     }
                 }
             }

@@ -80,6 +80,8 @@ pub struct RenderPipeline {
     pub(super) rasterized: PrimitiveClass,
     pub(super) fragment: FragmentPlan,
     pub(super) fast_path: FastPath,
+    /// A fragment that fails the depth test leaves no trace, and its depth is known before it is shaded.
+    pub(super) rejects_by_depth: bool,
 }
 
 /// Points, lines or triangles.
@@ -112,6 +114,16 @@ impl DepthPlan {
     /// Whether depth is read or written.
     pub fn tests_depth(&self) -> bool {
         self.kind.is_some() && (self.write || self.compare != CompareFunction::Always)
+    }
+    /// Depth is tested as 32-bit float, and the stencil does not change where the test fails.
+    fn fails_without_trace(&self) -> bool {
+        let quiet = |face: &StencilFaceState| face.compare == CompareFunction::Always && face.depth_fail_op == StencilOperation::Keep;
+        let orders = matches!(
+            self.compare,
+            CompareFunction::Less | CompareFunction::LessEqual | CompareFunction::Greater | CompareFunction::GreaterEqual
+        );
+        let stencil = !self.stencil || (quiet(&self.stencil_front) && quiet(&self.stencil_back));
+        orders && self.kind == Some(ChannelKind::Float32) && stencil
     }
     fn stencil_writes(&self) -> bool {
         let writes = |face: &StencilFaceState| {
@@ -232,7 +244,20 @@ impl RenderPipeline {
             attributes: shades && !(per_primitive && interpolation.is_empty()),
         };
         let fast_path = FastPath::of(&depth, &fragment, &targets, !interpolation.is_empty());
-        Ok(Self { rules, targets, depth, interpolation, vertex_scalars, locations, rasterized, fragment, fast_path, desc })
+        let rejects_by_depth = !fragment.late_tests && depth.fails_without_trace();
+        Ok(Self {
+            rules,
+            targets,
+            depth,
+            interpolation,
+            vertex_scalars,
+            locations,
+            rasterized,
+            fragment,
+            fast_path,
+            rejects_by_depth,
+            desc,
+        })
     }
 
     /// The description it was made from.

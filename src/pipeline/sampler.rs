@@ -221,24 +221,27 @@ struct Footprint<L> {
     lower: L,
 }
 
+/// Reads the texels of a surface with this many channels or more.
 #[inline(always)]
-fn footprint<L: Lanes>(surface: &Surface, uv: V2<L>, channels: usize) -> Footprint<L> {
+fn footprint<L: Lanes, const CHANNELS: usize>(surface: &Surface, uv: V2<L>) -> Footprint<L> {
     let token = uv.x.token();
     let (x0, x1, right) = linear_taps(uv.x, surface.width);
     let (y0, y1, lower) = linear_taps(uv.y, surface.height);
-    let mut gathered = [[[0.0; 16]; 4]; 4];
+    let mut gathered = [[[0.0; 16]; 4]; CHANNELS];
+    let columns = [surface.column_indices(x0), surface.column_indices(x1)];
+    let rows = [surface.row_indices(y0), surface.row_indices(y1)];
     for lane in 0..L::LEN {
-        let (x, y) = ([x0.lane(lane) as usize, x1.lane(lane) as usize], [y0.lane(lane) as usize, y1.lane(lane) as usize]);
-        for (corner, [i, j]) in [[0, 0], [1, 0], [0, 1], [1, 1]].into_iter().enumerate() {
-            let start = surface.plane_index(x[i], y[j]);
-            for (channel, taps) in gathered.iter_mut().enumerate().take(channels) {
-                taps[corner][lane] = surface.planes[start + channel * TILE_PIXELS];
+        for corner in 0..4 {
+            let start = (columns[corner & 1][lane] + rows[corner >> 1][lane]) as usize;
+            let texel = &surface.planes[start..start + (CHANNELS - 1) * TILE_PIXELS + 1];
+            for channel in 0..CHANNELS {
+                gathered[channel][corner][lane] = texel[channel * TILE_PIXELS];
             }
         }
     }
     let zero = L::splat(token, 0.0);
     let mut texels = [[zero; 4]; 4];
-    for channel in 0..channels {
+    for channel in 0..CHANNELS {
         for corner in 0..4 {
             texels[channel][corner] = L::load(token, &gathered[channel][corner]);
         }
@@ -259,7 +262,11 @@ impl<L: Lanes> Footprint<L> {
 #[inline(always)]
 fn bilinear<L: Lanes>(texture: &Texture, uv: V2<L>, layer: u32) -> V4<L> {
     let surface = texture.surface(0, layer);
-    let footprint = footprint(surface, uv, surface.channels);
+    let footprint = match surface.channels {
+        1 => footprint::<L, 1>(surface, uv),
+        2 => footprint::<L, 2>(surface, uv),
+        _ => footprint::<L, 4>(surface, uv),
+    };
     let zero = uv.x.like(0.0);
     let mut out = [zero, zero, zero, uv.x.like(1.0)];
     for (channel, out) in out.iter_mut().enumerate().take(surface.channels) {
@@ -316,7 +323,7 @@ pub fn sample_3d<L: Lanes>(texture: &Texture, sampler: &Sampler, uvw: V3<L>, lod
 pub fn sample_compare<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, layer: u32, reference: L) -> L {
     let function = sampler.compare.unwrap_or(CompareFunction::Always);
     if is_bilinear(texture, sampler) {
-        let footprint = footprint(texture.surface(0, layer), uv, 1);
+        let footprint = footprint::<L, 1>(texture.surface(0, layer), uv);
         let mut passed = footprint.texels[0];
         for texel in &mut passed {
             *texel = L::select(compare_lanes(function, reference, *texel), reference.like(1.0), reference.like(0.0));
@@ -336,13 +343,22 @@ pub fn sample_compare<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>,
 /// Texel at integer coordinates; outside the texture all zeros [WebGPU robust access].
 #[inline(always)]
 pub fn load<L: Lanes>(texture: &Texture, x: L, y: L, layer: u32, level: u32) -> V4<L> {
-    let (width, height, _) = texture.desc().level_size(level);
-    gather(x.token(), |i| {
-        let (x, y) = (x.lane(i), y.lane(i));
-        if x >= 0.0 && y >= 0.0 && x < width as f32 && y < height as f32 {
-            texture.texel(level, layer, x as u32, y as u32)
-        } else {
-            [0.0; 4]
+    let surface = texture.surface(level, layer);
+    let zero = x.like(0.0);
+    let exists = x.ge(zero) & y.ge(zero) & x.lt(x.like(surface.width as f32)) & y.lt(x.like(surface.height as f32));
+    let columns = surface.column_indices(L::select(exists, x, zero));
+    let rows = surface.row_indices(L::select(exists, y, zero));
+    let mut lanes = [[0.0; 16]; 4];
+    for lane in 0..L::LEN {
+        let texel = texture.texel_at(surface, (columns[lane] + rows[lane]) as usize);
+        for (lanes, value) in lanes.iter_mut().zip(texel) {
+            lanes[lane] = value;
         }
-    })
+    }
+    let token = x.token();
+    V4::select(
+        exists,
+        v4(L::load(token, &lanes[0]), L::load(token, &lanes[1]), L::load(token, &lanes[2]), L::load(token, &lanes[3])),
+        v4(zero, zero, zero, zero),
+    )
 }

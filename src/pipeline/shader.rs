@@ -15,7 +15,7 @@ use crate::math::vector::{V2, V3, V4, v2, v3, v4};
 
 use super::bindings::{BindingKind, Bindings};
 use super::state::{GeometryTopology, MAX_COLOR_TARGETS, MAX_VARYINGS};
-use super::texture::Texture;
+use super::texture::{TILE_PIXELS, Texture};
 use super::vertices::{ClipVertices, GROUP};
 
 /// How a varying goes from vertices to fragments. WGSL: `@interpolate`.
@@ -257,7 +257,12 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
     #[inline(always)]
     #[must_use]
     pub fn texel3_here(&self, texture: &Texture) -> V3<L> {
-        v3(self.texel_here(texture, 0), self.texel_here(texture, 1), self.texel_here(texture, 2))
+        let surface = texture.surface(0, 0);
+        let (x, y) = (self.pixel.0 as usize, self.pixel.1 as usize);
+        // A block starts at its first pixel.
+        let start = surface.plane_index(x, y);
+        let channels = &surface.planes[start..start + 2 * TILE_PIXELS + L::LEN];
+        v3(L::load(self.token, channels), L::load(self.token, &channels[TILE_PIXELS..]), L::load(self.token, &channels[2 * TILE_PIXELS..]))
     }
 
     #[inline(always)]
@@ -469,9 +474,11 @@ fn vertex_groups<L: Lanes, T: VertexShader>(token: L::Token, shader: &T, binding
         output.position.z.store(&mut z[first % GROUP..]);
         output.position.w.store(&mut w[first % GROUP..]);
         output.point_size.store(&mut group.point_size[first % GROUP..]);
+        let varyings = &mut batch.varyings[first * batch.scalars..(first + lanes) * batch.scalars];
         for (scalar, value) in output.varyings.iter().enumerate().take(batch.scalars) {
-            for lane in 0..lanes {
-                batch.varyings[(first + lane) * batch.scalars + scalar] = value.lane(lane);
+            let values = value.to_array();
+            for (vertex, value) in varyings.chunks_exact_mut(batch.scalars).zip(values) {
+                vertex[scalar] = value;
             }
         }
         first += lanes;
@@ -568,9 +575,10 @@ fn fragment_blocks<S: Simd, T: FragmentShader>(simd: S, shader: &T, bindings: &B
         }
         for (target, color) in output.color.iter().enumerate().take(batch.targets) {
             let out = &mut batch.colors[(i * batch.targets + target) * 64..][..64];
-            for (component, value) in [color.x, color.y, color.z, color.w].into_iter().enumerate() {
-                Lanes::store(value, &mut out[component * 16..]);
-            }
+            Lanes::store(color.x, out);
+            Lanes::store(color.y, &mut out[16..]);
+            Lanes::store(color.z, &mut out[32..]);
+            Lanes::store(color.w, &mut out[48..]);
         }
         if batch.writes_depth {
             Lanes::store(output.depth, &mut batch.z[i]);

@@ -52,13 +52,15 @@ struct Corners {
 struct Setup {
     /// Set up here, with pixels to cover.
     drawn: u32,
-    /// For the long way.
-    long: u32,
+    /// Not small, with pixels to cover.
+    large: u32,
+    /// To be clipped.
+    clipped: u32,
     front: u32,
     /// Bounds that the scissor has cut.
     cut: u32,
     /// Twice the signed area in 1/65536 pixel².
-    area: [i32; GROUP],
+    area: [i64; GROUP],
     /// First and last column and row, inclusive: x0, y0, x1, y1.
     bounds: [[i32; GROUP]; 4],
     /// Edge functions: per pixel right, per pixel down, and at the first pixel of the tile where the bounds start.
@@ -143,16 +145,24 @@ impl Emitter<'_> {
         let used = if count == GROUP { 0xffff } else { (1u32 << count) - 1 };
         let rejected =
             used & (bits(!(any & i32::from(outside::NAN)).simd_eq(zero)) | bits(!(all & i32::from(outside::FRUSTUM)).simd_eq(zero)));
-        let unclipped = bits((any & i32::from(self.view.clip_mask())).simd_eq(zero));
+        let unclipped = used & !rejected & bits((any & i32::from(self.view.clip_mask())).simd_eq(zero));
         let small = bits((max_x - min_x).simd_lt(i32x16::splat(simd, SMALL)) & (max_y - min_y).simd_lt(i32x16::splat(simd, SMALL)));
-        let plain = used & !rejected & unclipped & small;
 
-        let area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0);
-        let flat = plain & bits(area.simd_eq(zero));
-        let clockwise = area.simd_gt(zero);
+        let mut area = [0; GROUP];
+        let (mut positive, mut negative) = (0, 0);
+        for lane in 0..GROUP {
+            let from_first = |at: &[[i32; GROUP]; 3], corner: usize| i64::from(at[corner][lane]) - i64::from(at[0][lane]);
+            let (bx, cx) = (from_first(&corners.fx, 1), from_first(&corners.fx, 2));
+            let (by, cy) = (from_first(&corners.fy, 1), from_first(&corners.fy, 2));
+            // Only where a corner is out of range, and will be clipped, does this wrap.
+            area[lane] = bx.wrapping_mul(cy).wrapping_sub(cx.wrapping_mul(by));
+            positive |= u32::from(area[lane] > 0) << lane;
+            negative |= u32::from(area[lane] < 0) << lane;
+        }
+        let flat = unclipped & !(positive | negative);
         let state = &self.pipeline.desc.primitive;
-        let front = if state.front_face == FrontFace::Ccw { !bits(clockwise) } else { bits(clockwise) };
-        let culled = plain
+        let front = if state.front_face == FrontFace::Ccw { negative } else { positive };
+        let culled = unclipped
             & !flat
             & match state.cull_mode {
                 Some(Face::Front) => front,
@@ -165,27 +175,30 @@ impl Emitter<'_> {
         let bounds = self.scissored(own);
         let cut = !bits(bounds[0].simd_eq(own[0]) & bounds[1].simd_eq(own[1]) & bounds[2].simd_eq(own[2]) & bounds[3].simd_eq(own[3]));
         let covers = bits(bounds[0].simd_le(bounds[2]) & bounds[1].simd_le(bounds[3]));
-        let empty = plain & !flat & !culled & !covers;
+        let empty = unclipped & !flat & !culled & !covers;
+        let visible = unclipped & !flat & !culled & covers;
 
         let statistics = &mut self.out.statistics;
-        let long = used & !rejected & !plain;
-        statistics.clipper_invocations += u64::from((used & !long).count_ones());
-        statistics.clipper_primitives_out += u64::from(plain.count_ones());
+        let clipped = used & !rejected & !unclipped;
+        statistics.clipper_invocations += u64::from((used & !clipped).count_ones());
+        statistics.clipper_primitives_out += u64::from(unclipped.count_ones());
         statistics.primitives_rejected += u64::from(rejected.count_ones());
         statistics.primitives_zero_area += u64::from(flat.count_ones());
         statistics.primitives_culled += u64::from(culled.count_ones());
         statistics.primitives_without_samples += u64::from(empty.count_ones());
 
         let (ox, oy) = ((bounds[0] >> 6) << 14, (bounds[1] >> 6) << 14);
+        let clockwise = mask32x16::from_bitmask(simd, u64::from(positive));
         let cx = [x0, Select::select(clockwise, x1, x2), Select::select(clockwise, x2, x1)];
         let cy = [y0, Select::select(clockwise, y1, y2), Select::select(clockwise, y2, y1)];
         let none = [[0; GROUP]; 3];
         let mut setup = Setup {
-            drawn: plain & !flat & !culled & !empty,
-            long,
+            drawn: visible & small,
+            large: visible & !small,
+            clipped,
             front,
             cut,
-            area: area.into(),
+            area,
             bounds: [bounds[0].into(), bounds[1].into(), bounds[2].into(), bounds[3].into()],
             a: none,
             b: none,
@@ -209,9 +222,9 @@ impl Emitter<'_> {
         let (needs_depth, attributes) = (self.needs_depth(), self.pipeline.fragment.attributes);
         let mut frames = [PlaneFrame::default(); GROUP];
         if needs_depth || attributes {
-            for lane in 0..GROUP {
+            for (lane, frame) in frames.iter_mut().enumerate() {
                 let at = |corner: usize| [corners.fx[corner][lane], corners.fy[corner][lane]];
-                frames[lane] = PlaneFrame::new([at(0), at(1), at(2)], i64::from(setup.area[lane]));
+                *frame = PlaneFrame::new([at(0), at(1), at(2)], setup.area[lane]);
             }
         }
         let z = needs_depth.then(|| Planes::new(&frames, &corners.z));
@@ -219,13 +232,17 @@ impl Emitter<'_> {
             let (zero, one) = ([0.0; GROUP], [1.0; GROUP]);
             (Planes::new(&frames, &[zero, one, zero]), Planes::new(&frames, &[zero, zero, one]))
         });
-        let mut left = setup.drawn | setup.long;
+        let mut left = setup.drawn | setup.large | setup.clipped;
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
             let id = ids.get(first + lane);
-            if setup.long >> lane & 1 == 1 {
-                self.triangle(primitives[lane], id);
+            if setup.drawn >> lane & 1 == 0 {
+                if setup.clipped >> lane & 1 == 1 {
+                    self.triangle(primitives[lane], id);
+                } else {
+                    self.unclipped_triangle(primitives[lane], id);
+                }
                 continue;
             }
             let front = setup.front >> lane & 1 == 1;

@@ -7,6 +7,8 @@
 //! format's own bytes in rows, needs a conversion on each tile load and store and a gather for each block read by a shader.
 //! The price is memory: an 8-bit channel takes four bytes, and sizes round up to whole tiles.
 
+use crate::math::lanes::Lanes;
+
 use super::format::{ChannelKind, FormatInfo, decode_texel, depth_value, encode_texel, format_info};
 use super::state::TextureFormat;
 
@@ -198,7 +200,39 @@ impl Surface {
     #[inline(always)]
     #[must_use]
     pub fn plane_index(&self, x: usize, y: usize) -> usize {
-        ((y >> 6) * self.tiles_x + (x >> 6)) * self.channels * TILE_PIXELS + offset_in_tile(x, y)
+        self.row_index(y) + self.column_index(x)
+    }
+
+    /// The part of [`Self::plane_index`] that the row gives.
+    #[inline(always)]
+    fn row_index(&self, y: usize) -> usize {
+        (y >> 6) * (self.tiles_x * self.channels * TILE_PIXELS) + offset_in_tile(0, y)
+    }
+
+    /// The part of [`Self::plane_index`] that the column gives.
+    #[inline(always)]
+    fn column_index(&self, x: usize) -> usize {
+        (x >> 6) * (self.channels * TILE_PIXELS) + offset_in_tile(x, 0)
+    }
+
+    /// What the rows of lanes give to [`Self::plane_index`].
+    #[inline(always)]
+    pub(super) fn row_indices<L: Lanes>(&self, y: L) -> [u32; 16] {
+        let mut rows = y.to_indices();
+        for row in &mut rows {
+            *row = self.row_index(*row as usize) as u32;
+        }
+        rows
+    }
+
+    /// What the columns of lanes give to [`Self::plane_index`].
+    #[inline(always)]
+    pub(super) fn column_indices<L: Lanes>(&self, x: L) -> [u32; 16] {
+        let mut columns = x.to_indices();
+        for column in &mut columns {
+            *column = self.column_index(*column as usize) as u32;
+        }
+        columns
     }
 
     /// One number of a texel inside the surface.
@@ -284,12 +318,17 @@ impl Texture {
     }
 
     /// What a shader reads from a texel inside the surface: missing channels are 0, missing alpha 1, depth in 0..=1.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn texel(&self, level: u32, layer: u32, x: u32, y: u32) -> [f32; 4] {
         let surface = self.surface(level, layer);
+        self.texel_at(surface, surface.plane_index(x as usize, y as usize))
+    }
+
+    /// [`Self::texel`] by its place in the planes of one of this texture's surfaces.
+    #[inline(always)]
+    pub(super) fn texel_at(&self, surface: &Surface, index: usize) -> [f32; 4] {
         let mut out = [0.0, 0.0, 0.0, 1.0];
-        let index = surface.plane_index(x as usize, y as usize);
         for (channel, slot) in out.iter_mut().enumerate().take(surface.channels) {
             *slot = surface.planes[index + channel * TILE_PIXELS];
         }

@@ -11,6 +11,7 @@ use crate::math::level::{baseline, wide_dispatch};
 
 use super::bins::{Record, flag};
 use super::chunk::ChunkOutput;
+use super::coarse_depth::{CoarseDepth, CoarsePlane};
 use super::depth_stencil::{StencilFace, compare_lanes};
 use super::fast_path::FastPath;
 use super::format::{ChannelKind, depth_value, quantize_depth};
@@ -47,6 +48,8 @@ pub(super) struct TileContext<'a> {
     pub draws: &'a [Draw<'a>],
     /// By draw.
     pub states: &'a [DrawState<'a>],
+    /// Depth is tested, as 32-bit float, and no draw writes it: a [`CoarseDepth`] stays true.
+    pub depth_stays: bool,
     pub execution: Execution,
 }
 
@@ -73,8 +76,15 @@ impl<'a> DrawState<'a> {
     }
 }
 
-/// A worker's queue: blocks that passed the early tests and await shading.
+/// A worker's buffers.
+#[derive(Default)]
 pub(super) struct TileScratch {
+    queue: Queue,
+    coarse: CoarseDepth,
+}
+
+/// Blocks that passed the early tests and await shading.
+struct Queue {
     len: usize,
     items: [ShadeItem; QUEUE],
     /// Depth as shaders see it, before it is clamped and rounded to what the target stores.
@@ -85,7 +95,7 @@ pub(super) struct TileScratch {
     colors: Vec<f32>,
 }
 
-impl Default for TileScratch {
+impl Default for Queue {
     fn default() -> Self {
         Self {
             len: 0,
@@ -133,8 +143,27 @@ fn tile_chunks<'a, S: Simd>(
     observer: Option<&'a mut dyn Observer>,
 ) {
     let tile_coordinates = [origin[0] >> 6, origin[1] >> 6];
-    let mut worker =
-        TileWorker { context, origin, targets, scratch, counters, observer, chunk: None, stencil_before: [0; 16], draw: u32::MAX };
+    let TileScratch { queue, coarse } = scratch;
+    let touched = chunks.iter().any(|chunk| !chunk.bins.is_untouched(tile));
+    let coarse = match &targets.depth {
+        Some(plane) if touched && context.depth_stays => {
+            coarse.read(plane);
+            Some(&*coarse)
+        }
+        _ => None,
+    };
+    let mut worker = TileWorker {
+        context,
+        origin,
+        targets,
+        coarse,
+        scratch: queue,
+        counters,
+        observer,
+        chunk: None,
+        stencil_before: [0; 16],
+        draw: u32::MAX,
+    };
     for chunk in chunks {
         if chunk.bins.is_untouched(tile) {
             continue;
@@ -169,7 +198,9 @@ pub(super) struct TileWorker<'a, 'b> {
     /// First pixel of the tile.
     pub origin: [i32; 2],
     pub targets: &'a mut TileTargets<'b>,
-    scratch: &'a mut TileScratch,
+    /// The tile's depth, where it stays as it is.
+    coarse: Option<&'a CoarseDepth>,
+    scratch: &'a mut Queue,
     pub counters: &'a mut TileCounters,
     observer: Option<&'a mut dyn Observer>,
     chunk: Option<&'a ChunkOutput>,
@@ -193,8 +224,9 @@ impl<'a> TileWorker<'a, '_> {
             let (draw, state) = (&self.context.draws[number as usize], &self.context.states[number as usize]);
             let path = if self.observer.is_none() { state.path } else { FastPath::General };
             let source = self.source();
-            if !super::fast_path::run(simd, path, run, draw, state, source, self.origin, self.targets, self.counters) {
-                self.general(simd, run);
+            let coarse = self.coarse.filter(|_| state.pipeline.rejects_by_depth && self.observer.is_none());
+            if !super::fast_path::run(simd, path, run, (draw, state), source, coarse, self.origin, self.targets, self.counters) {
+                self.general(simd, run, coarse);
             }
         }
     }
@@ -214,15 +246,30 @@ impl<'a> TileWorker<'a, '_> {
     /// Walks records of one draw through the tests and the queue.
     #[simd]
     #[inline(never)]
-    fn general<S: Simd>(&mut self, simd: S, records: &[Record]) {
+    fn general<S: Simd>(&mut self, simd: S, records: &[Record], coarse: Option<&'a CoarseDepth>) {
         let draw = &self.context.draws[self.draw as usize];
+        let early_depth_only = draw.pipeline.rejects_by_depth && !draw.pipeline.depth.stencil && self.observer.is_none();
         for record in records {
-            let mut sink = GeneralSink {
-                draw,
-                depth: BlockDepth::new(simd, record, self.origin, draw, draw.pipeline.rules.depth_plane),
-                worker: self,
-            };
-            walk(simd, record, &mut sink);
+            let depth = BlockDepth::new(simd, record, self.origin, draw, draw.pipeline, coarse);
+            if early_depth_only {
+                walk(simd, record, &mut QueueSink { draw, depth, worker: self });
+            } else {
+                walk(simd, record, &mut GeneralSink { draw, depth, worker: self });
+            }
+        }
+    }
+
+    /// Queues a block, whose depth before the clamp is `z`.
+    #[inline(always)]
+    fn push<S: Simd>(&mut self, simd: S, record: &Record, bx: i32, by: i32, mask: u16, z: f32x16<S>) {
+        let slot = self.scratch.len;
+        Lanes::store(z, &mut self.scratch.z[slot]);
+        let (x, y) = ((self.origin[0] + bx) as u32, (self.origin[1] + by) as u32);
+        self.scratch.items[slot] = ShadeItem { x, y, primitive: record.attributes, mask };
+        self.scratch.facing[slot] = record.flags & flag::BACK != 0;
+        self.scratch.len = slot + 1;
+        if slot + 1 == QUEUE {
+            self.flush_queue(simd);
         }
     }
 
@@ -245,7 +292,10 @@ impl<'a> TileWorker<'a, '_> {
             Some(chunk) => ShadeSource { primitives: &chunk.attributes, varyings: &chunk.varyings, interpolation: &pipeline.interpolation },
             None => return,
         };
-        self.scratch.colors.resize(QUEUE * outputs.max(1) * 64, 0.0);
+        let needed = QUEUE * outputs.max(1) * 64;
+        if self.scratch.colors.len() < needed {
+            self.scratch.colors.resize(needed, 0.0);
+        }
         if let Some(fragment) = &pipeline.desc.program.fragment
             && pipeline.fragment.shades
         {
@@ -453,7 +503,9 @@ fn quantized<S: Simd>(z: f32x16<S>, pipeline: &RenderPipeline) -> f32x16<S> {
 
 /// Depth of a record's blocks.
 #[derive(Clone, Copy)]
-pub(super) struct BlockDepth<S: Simd> {
+pub(super) struct BlockDepth<'c, S: Simd> {
+    /// What is known of the tile's depth, and how this record looks beside it.
+    coarse: Option<(&'c CoarseDepth, CoarsePlane)>,
     /// Column and row of each lane, from the anchor to the tile's first pixel.
     x: f32x16<S>,
     y: f32x16<S>,
@@ -462,19 +514,47 @@ pub(super) struct BlockDepth<S: Simd> {
     clamp: Option<(f32, f32)>,
 }
 
-impl<S: Simd> BlockDepth<S> {
+impl<'c, S: Simd> BlockDepth<'c, S> {
     #[inline(always)]
-    pub fn new(simd: S, record: &Record, origin: [i32; 2], draw: &Draw<'_>, rule: DepthPlane) -> Self {
+    pub fn new(
+        simd: S,
+        record: &Record,
+        origin: [i32; 2],
+        draw: &Draw<'_>,
+        pipeline: &RenderPipeline,
+        coarse: Option<&'c CoarseDepth>,
+    ) -> Self {
+        let rule = pipeline.rules.depth_plane;
         // Exact: at most 15 bits of whole pixels and four of fraction.
         let x = (origin[0] - i32::from(record.anchor[0])) as f32 - (record.flags >> flag::SIXTEENTHS & 15) as f32 * 0.0625;
         let y = (origin[1] - i32::from(record.anchor[1])) as f32 - (record.flags >> (flag::SIXTEENTHS + 4) & 15) as f32 * 0.0625;
-        let clamp = (record.flags & flag::CLAMP_Z != 0).then(|| (draw.viewport.min_depth, draw.viewport.max_depth));
+        // The draw is looked at only if it must be: most records do without.
+        let clamp = if record.flags & flag::CLAMP_Z != 0 { Some((draw.viewport.min_depth, draw.viewport.max_depth)) } else { None };
         Self {
+            coarse: coarse.map(|coarse| (coarse, CoarsePlane::new(record.z, [x, y], clamp, pipeline.depth.compare))),
             x: lanes_from_i32(i32x16::simd_from(simd, LANE_X)) + x,
             y: lanes_from_i32(i32x16::simd_from(simd, LANE_Y)) + y,
             plane: record.z,
             rule,
             clamp,
+        }
+    }
+
+    /// Blocks of the region at (rx, ry) in which a fragment may pass the depth test.
+    #[inline(always)]
+    pub fn visible_blocks(&self, simd: S, rx: i32, ry: i32) -> u32 {
+        match &self.coarse {
+            Some((coarse, plane)) => coarse.visible_blocks(simd, plane, rx, ry),
+            None => 0xffff,
+        }
+    }
+
+    /// Regions of the tile in which a fragment may pass the depth test.
+    #[inline(always)]
+    pub fn visible_regions(&self, simd: S) -> u32 {
+        match &self.coarse {
+            Some((coarse, plane)) => coarse.visible_regions(simd, plane),
+            None => 0xffff,
         }
     }
 
@@ -507,11 +587,50 @@ impl<S: Simd> BlockDepth<S> {
     }
 }
 
+/// Tests depth alone and queues what passes: what most draws that shade need.
+struct QueueSink<'w, 'a, 'b, S: Simd> {
+    worker: &'w mut TileWorker<'a, 'b>,
+    draw: &'a Draw<'a>,
+    depth: BlockDepth<'a, S>,
+}
+
+impl<S: Simd> BlockSink<S> for QueueSink<'_, '_, '_, S> {
+    #[inline(always)]
+    fn visible_blocks(&self, simd: S, rx: i32, ry: i32) -> u32 {
+        self.depth.visible_blocks(simd, rx, ry)
+    }
+    #[inline(always)]
+    fn visible_regions(&self, simd: S) -> u32 {
+        self.depth.visible_regions(simd)
+    }
+
+    #[inline(always)]
+    fn block(&mut self, simd: S, record: &Record, bx: i32, by: i32, mask: mask32x16<S>) {
+        let worker = &mut *self.worker;
+        let plan = &self.draw.pipeline.depth;
+        let z = self.depth.interpolated(bx, by);
+        let tested = self.depth.clamped(z);
+        let offset = offset_in_tile(bx as usize, by as usize);
+        let mut pass = mask;
+        if let Some(depth) = worker.targets.depth.as_deref_mut() {
+            let stored = <f32x16<S> as Lanes>::load(simd, &depth[offset..]);
+            pass &= compare_lanes(plan.compare, tested, stored);
+            if plan.write {
+                Lanes::store(<f32x16<S> as Lanes>::select(pass, tested, stored), &mut depth[offset..]);
+            }
+        }
+        let pass = pass.to_bitmask() as u16;
+        if pass != 0 {
+            worker.push(simd, record, bx, by, pass, z);
+        }
+    }
+}
+
 /// Tests blocks and queues them.
 struct GeneralSink<'w, 'a, 'b, S: Simd> {
     worker: &'w mut TileWorker<'a, 'b>,
     draw: &'a Draw<'a>,
-    depth: BlockDepth<S>,
+    depth: BlockDepth<'a, S>,
 }
 
 impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
@@ -541,12 +660,10 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
                 return;
             }
         }
-        worker.scratch.items[slot] = ShadeItem { mask: covered as u16, ..item };
-        worker.scratch.facing[slot] = back;
-        worker.scratch.len = slot + 1;
+        worker.push(simd, record, bx, by, covered as u16, z);
         // An observer sees each block from its tests to its blending before the next one.
-        if slot + 1 == QUEUE || observed {
-            worker.flush_queue(simd);
+        if observed {
+            worker.flush(simd);
         }
     }
 }

@@ -126,7 +126,7 @@ impl WindowVertices {
             ];
             let mut outcode = i32x16::splat(simd, 0);
             for (mask, bit) in view.outside(position) {
-                outcode = outcode | Select::select(mask, i32x16::splat(simd, i32::from(bit)), i32x16::splat(simd, 0));
+                outcode |= Select::select(mask, i32x16::splat(simd, i32::from(bit)), i32x16::splat(simd, 0));
             }
             group.outcode = outcode.into();
             let window = view.window(position, false);

@@ -239,7 +239,7 @@ macro_rules! named_values {
 
 named_values!(Radiometry: "paper" = Radiometry::Paper, "physical" = Radiometry::Physical);
 named_values!(EyeRefraction: "virtual_plane" = EyeRefraction::VirtualPlane, "snell" = EyeRefraction::Snell);
-named_values!(Faces: "front" = Faces::Front, "back" = Faces::Back, "auto" = Faces::Auto);
+named_values!(Faces: "front" = Faces::Front, "back" = Faces::Back);
 
 fn write_to<T: Value>(target: &mut T, text: &str) -> Result<(), Refusal> {
     *target = T::read(text).ok_or(Refusal::Unreadable)?;
@@ -522,7 +522,7 @@ pub const SETTINGS: &[Setting] = &[
         "Width and height of the shadow maps.",
         |scene| scene.techniques.caustic_volumes.shadow_map_size
     ),
-    field!("caustic_volumes.faces", "", "auto", "one of front, back, auto", "Which faces of the volumes are rasterized.", |scene| scene
+    field!("caustic_volumes.faces", "", "back", "one of front, back", "Which faces of the volumes are rasterized.", |scene| scene
         .techniques
         .caustic_volumes
         .faces),

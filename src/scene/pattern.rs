@@ -1,11 +1,13 @@
-//! The definition of the albedo patterns: from a point and a normal to a colour, one point at a time.
+//! The albedo patterns: from a point and a normal to a colour.
 //!
 //! Patterns are point samples without filtering: a caller that wants no moiré asks more than once per pixel. Every random choice is a
 //! function of (seed, cell), so a pattern has the same bits on any machine.
 
 use glam::{Vec2, Vec3};
 
+use crate::math::lanes::Lanes;
 use crate::math::noise::Fbm;
+use crate::math::vector::{V2, V3, v2, v3};
 
 use super::material::Albedo;
 
@@ -13,52 +15,79 @@ impl Albedo {
     /// Albedo at `position_ws` (m) of a surface with normal `normal_ws` (any length), linear RGB.
     #[must_use]
     pub fn at(&self, position_ws: Vec3, normal_ws: Vec3) -> Vec3 {
+        let (p, n) = (position_ws, normal_ws);
+        let color = self.at_lanes::<f32>(v3(p.x, p.y, p.z), v3(n.x, n.y, n.z));
+        Vec3::new(color.x, color.y, color.z)
+    }
+
+    /// [`Self::at`] for many points.
+    #[inline(always)]
+    #[must_use]
+    pub fn at_lanes<L: Lanes>(&self, position_ws: V3<L>, normal_ws: V3<L>) -> V3<L> {
+        let token = position_ws.x.token();
         match self {
-            Self::Solid(colour) => *colour,
+            Self::Solid(colour) => V3::splat(token, *colour),
             Self::Tiles { size_m, colours, grout, grout_width_m, variation, seed } => {
                 let (face, point_m) = pattern_point(position_ws, normal_ws);
-                let tile = (point_m / *size_m).floor();
-                let inside_m = point_m - tile * *size_m;
-                let to_edge_m = inside_m.min(*size_m - inside_m).min_element();
-                if to_edge_m < 0.5 * grout_width_m {
-                    return *grout;
+                let tile = v2((point_m.x / size_m.x).floor(), (point_m.y / size_m.y).floor());
+                let (x, y) = (point_m.x - tile.x * size_m.x, point_m.y - tile.y * size_m.y);
+                let to_edge_x = Lanes::min(x, -x + size_m.x);
+                let to_edge_y = Lanes::min(y, -y + size_m.y);
+                let on_grout = Lanes::min(to_edge_x, to_edge_y).lt(x.like(0.5 * grout_width_m));
+                let (face, columns, rows) = (face.to_array(), tile.x.to_array(), tile.y.to_array());
+                let mut lanes = [[0.0; 16]; 3];
+                let mut last = ([f32::NAN; 3], Vec3::ZERO);
+                for lane in 0..L::LEN {
+                    let place = [face[lane], columns[lane], rows[lane]];
+                    // Neighbouring points mostly lie on one tile.
+                    if place != last.0 {
+                        last = (place, tile_colour(*seed, place, colours, *grout, *variation));
+                    }
+                    lanes[0][lane] = last.1.x;
+                    lanes[1][lane] = last.1.y;
+                    lanes[2][lane] = last.1.z;
                 }
-                let bits = hash(*seed, face, tile);
-                let colour = colours.get((bits >> 8) as usize % colours.len().max(1)).copied().unwrap_or(*grout);
-                // Sixteen bits for the brightness, from 1 − variation to 1 + variation; a bright tile may not reflect more than it gets.
-                let brightness = 1.0 + variation * ((bits & 0xffff) as f32 * (2.0 / 65535.0) - 1.0);
-                (colour * brightness).min(Vec3::ONE)
+                let colour = v3(L::load(token, &lanes[0]), L::load(token, &lanes[1]), L::load(token, &lanes[2]));
+                V3::select(on_grout, V3::splat(token, *grout), colour)
             }
             Self::Checker { size_m, even, odd } => {
                 let (_, point_m) = pattern_point(position_ws, normal_ws);
-                let square = (point_m / *size_m).floor();
-                if (square.x + square.y).rem_euclid(2.0) == 0.0 { *even } else { *odd }
+                let square = (point_m.x / *size_m).floor() + (point_m.y / *size_m).floor();
+                let is_even = square.equals((square * 0.5).floor() * 2.0);
+                V3::select(is_even, V3::splat(token, *even), V3::splat(token, *odd))
             }
             Self::Noise { low, high, scale_m, octaves, seed } => {
-                let p = position_ws / *scale_m;
-                let noise = Fbm { octaves: *octaves, ..Fbm::default() }.at3(p.x, p.y, p.z, *seed);
+                let fbm = Fbm { octaves: *octaves, ..Fbm::default() };
+                let p = position_ws;
+                let noise = fbm.at3_lanes(v3(p.x / *scale_m, p.y / *scale_m, p.z / *scale_m), *seed);
                 // Fbm sums keep within about ±0.6 almost everywhere; spread that over the two colours.
-                let share = (0.5 + noise * (0.5 / 0.6)).clamp(0.0, 1.0);
-                *low + (*high - *low) * share
+                let share = Lanes::clamp(noise * (0.5 / 0.6) + 0.5, 0.0, 1.0);
+                V3::splat(token, *low) + V3::splat(token, *high - *low) * share
             }
         }
     }
+}
+
+/// The colour of a tile, named by its face, column and row.
+fn tile_colour(seed: u32, [face, column, row]: [f32; 3], colours: &[Vec3], grout: Vec3, variation: f32) -> Vec3 {
+    let bits = hash(seed, face as u32, Vec2::new(column, row));
+    let colour = colours.get((bits >> 8) as usize % colours.len().max(1)).copied().unwrap_or(grout);
+    // Sixteen bits for the brightness, from 1 − variation to 1 + variation; a bright tile may not reflect more than it gets.
+    let brightness = 1.0 + variation * ((bits & 0xffff) as f32 * (2.0 / 65535.0) - 1.0);
+    (colour * brightness).min(Vec3::ONE)
 }
 
 /// The two pattern coordinates of a point, m, and the axis (0 = x, 1 = y, 2 = z) its surface faces.
 ///
 /// The axis is the one of the normal's largest component, y before x before z where they are equal: (x, z) on floors, (z, y) on walls
 /// that face along x, (x, y) on those that face along z.
-fn pattern_point(position_ws: Vec3, normal_ws: Vec3) -> (u32, Vec2) {
-    let n = normal_ws.abs();
-    let p = position_ws;
-    if n.y >= n.x && n.y >= n.z {
-        (1, Vec2::new(p.x, p.z))
-    } else if n.x >= n.z {
-        (0, Vec2::new(p.z, p.y))
-    } else {
-        (2, Vec2::new(p.x, p.y))
-    }
+#[inline(always)]
+fn pattern_point<L: Lanes>(p: V3<L>, normal_ws: V3<L>) -> (L, V2<L>) {
+    let (x, y, z) = (normal_ws.x.abs(), normal_ws.y.abs(), normal_ws.z.abs());
+    let along_y = y.ge(x) & y.ge(z);
+    let along_x = !along_y & x.ge(z);
+    let face = L::select(along_y, x.like(1.0), L::select(along_x, x.like(0.0), x.like(2.0)));
+    (face, v2(L::select(along_x, p.z, p.x), L::select(along_y, p.z, p.y)))
 }
 
 /// Thirty-two well-mixed bits for one tile: the finaliser of MurmurHash3 over its coordinates, one after the other.

@@ -40,11 +40,9 @@ pub enum EyeRefraction {
 pub enum Faces {
     /// Those towards the eye: the paper's choice, wrong where the eye is inside a volume.
     Front,
-    /// Those away from the eye: right for any eye, at the price of the pixels in front of nearer receivers.
-    Back,
-    /// `Back` when the eye is under water, else `Front`.
+    /// Those away from the eye: right for any eye, and cheaper.
     #[default]
-    Auto,
+    Back,
 }
 
 /// Settings of the technique `caustic-volumes`.
@@ -68,7 +66,7 @@ pub struct CausticVolumes {
     pub surface_shadows: bool,
     /// Width and height of the shadow maps, texels, from 16 to 16384. Default: 2048
     pub shadow_map_size: u32,
-    /// Which faces of the volumes are rasterized. Default: Auto
+    /// Which faces of the volumes are rasterized. Default: Back
     pub faces: Faces,
     /// Samples along each side of a pixel, from 1 to 8: the picture is rendered that many times larger and averaged. Default: 1
     pub samples: u32,
@@ -85,7 +83,7 @@ impl Default for CausticVolumes {
             underwater_shadows: true,
             surface_shadows: true,
             shadow_map_size: 2048,
-            faces: Faces::Auto,
+            faces: Faces::Back,
             samples: 1,
         }
     }

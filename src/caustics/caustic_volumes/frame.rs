@@ -159,16 +159,7 @@ pub fn build(inputs: &Inputs<'_>) -> Built {
         let targets = VolumeTargets { caustic, direction, count, depth, first };
         let sources = VolumeSources { camera: camera_buffer, light: light_buffer, position, normal, visibility, air_map: maps.air };
         if let Some(beams) = inputs.beams.get(number) {
-            volume_pass(
-                &mut b,
-                inputs,
-                beams,
-                &targets,
-                &sources,
-                (bottom_y, slack_per_w(scene, &camera, height + 2 * margin)),
-                under,
-                number,
-            );
+            volume_pass(&mut b, inputs, beams, &targets, &sources, (bottom_y, slack_per_w(scene, &camera, height + 2 * margin)), number);
         }
     }
 
@@ -499,7 +490,6 @@ fn volume_pass(
     targets: &VolumeTargets,
     sources: &VolumeSources,
     (bottom_y, slack): (f32, f32),
-    under: bool,
     number: usize,
 ) {
     let settings = &inputs.scene.techniques.caustic_volumes;
@@ -520,11 +510,8 @@ fn volume_pass(
         BindEntry::Texture(sources.air_map),
         BindEntry::Sampler(Sampler::comparison(CompareFunction::LessEqual)),
     ]);
-    let back = match settings.faces {
-        Faces::Front => false,
-        Faces::Back => true,
-        Faces::Auto => under,
-    };
+    // Front faces pass wherever the receiver lies behind the volume, which from above is all along its length; back faces almost only inside it.
+    let back = settings.faces != Faces::Front;
     // Front faces must lie before the receiver; back faces behind it, which holds for an eye inside as well [decision E3].
     let (cull, compare) = if back { (Face::Front, CompareFunction::GreaterEqual) } else { (Face::Back, CompareFunction::LessEqual) };
     let slot = |texture: Option<TextureId>, format| texture.and_then(|_| target(format, Some(ADDITIVE)));
