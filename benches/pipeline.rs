@@ -5,6 +5,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use glam::{UVec2, Vec2, Vec3};
+use nephroid::geom::shapes::Terrain;
 use nephroid::caustics::{RenderOptions, Renderer};
 use nephroid::frame::{FrameObserver, FramePass};
 use nephroid::math::lanes::Lanes;
@@ -20,7 +22,7 @@ use nephroid::pipeline::{
     Binding, BindingKind, Bindings, Buffer, ColorAttachment, DepthStencilAttachment, Device, DeviceOptions, Draw, LoadOp, Observer, Pass,
     PassOutput, RenderPipeline, RenderPipelineDescriptor, Texture, TextureDescriptor, run_pass,
 };
-use nephroid::scene::{Aim, CausticVolumes, Faces, Light};
+use nephroid::scene::{Aim, CausticVolumes, Faces, Light, Scene, Shape};
 
 const SIZE: (u32, u32) = (1024, 768);
 const FRAMES: usize = 12;
@@ -221,48 +223,75 @@ const PAPER_FRAMES: [PaperFrame; 4] = [
     PaperFrame { name: "figure 3: columns", scene: "scenes/columns.ron", objects: usize::MAX, grid: 128, size: 1024, paper: "333 ms" },
 ];
 
-/// Whole frames with everything rebuilt, light and fluid moving [SF05 §4]; then where their time goes.
+/// Median seconds of a technique's frames and of each of their passes, light and fluid moving.
+fn time_frames(mut scene: Scene) -> (f64, Vec<(String, f64)>) {
+    let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("a renderer");
+    let mut frames = Vec::new();
+    let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
+    for frame in 0..FRAMES + 4 {
+        scene.time_s = 1.0 + frame as f32 / 30.0;
+        scene.lights[0] = sun_at(scene.lights[0], frame);
+        let mut clock = PassClock::default();
+        let start = Instant::now();
+        renderer.run(&scene, Some(&mut clock)).expect("a frame");
+        if frame < 4 {
+            continue;
+        }
+        frames.push(start.elapsed().as_secs_f64());
+        passes.resize_with(clock.seconds.len(), Default::default);
+        for (pass, (label, seconds)) in passes.iter_mut().zip(clock.seconds) {
+            pass.0 = label;
+            pass.1.push(seconds);
+        }
+    }
+    (median(frames), passes.into_iter().map(|(label, seconds)| (label, median(seconds))).collect())
+}
+
+/// A shipped scene with the paper's settings. Which faces are drawn changes the cost and not the picture; the paper draws those in front.
+fn paper_scene(path: &str, grid: u32, size: u32) -> Scene {
+    let mut scene = nephroid::scene::load(std::path::Path::new(path)).expect("a shipped scene");
+    scene.image.width = size;
+    scene.image.height = size;
+    scene.techniques.caustic_volumes = CausticVolumes { grid: Some((grid + 1, grid + 1)), faces: Faces::Back, ..CausticVolumes::PAPER };
+    scene
+}
+
+/// Whole frames with everything rebuilt [SF05 §4]; then where their time goes.
 fn paper_frames() {
     for PaperFrame { name, scene, objects, grid, size, paper } in PAPER_FRAMES {
         let name = format!("{name}, {grid}x{grid} grid, {size}x{size} pixels");
         if !wanted(&format!("frame {name}")) {
             continue;
         }
-        let mut scene = nephroid::scene::load(std::path::Path::new(scene)).expect("a shipped scene");
+        let mut scene = paper_scene(scene, grid, size);
         scene.objects.truncate(objects);
-        scene.image.width = size;
-        scene.image.height = size;
-        // Which faces are drawn changes the cost and not the picture; the paper draws those in front.
-        scene.techniques.caustic_volumes = CausticVolumes { grid: Some((grid + 1, grid + 1)), faces: Faces::Back, ..CausticVolumes::PAPER };
-        let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("a renderer");
-        let mut frames = Vec::new();
-        let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
-        for frame in 0..FRAMES + 4 {
-            scene.time_s = 1.0 + frame as f32 / 30.0;
-            scene.lights[0] = sun_at(scene.lights[0], frame);
-            let mut clock = PassClock::default();
-            let start = Instant::now();
-            renderer.run(&scene, Some(&mut clock)).expect("a frame");
-            if frame < 4 {
-                continue;
-            }
-            frames.push(start.elapsed().as_secs_f64());
-            passes.resize_with(clock.seconds.len(), Default::default);
-            for (pass, (label, seconds)) in passes.iter_mut().zip(clock.seconds) {
-                pass.0 = label;
-                pass.1.push(seconds);
-            }
-        }
-        let total = median(frames);
+        let (total, passes) = time_frames(scene);
         println!("\n| {name} | median |\n|---|---|");
         println!("| whole frame (the paper's GPU: {paper}) | {:.2} ms |", total * 1.0e3);
-        let mut rest = total;
-        for (label, seconds) in passes {
-            let seconds = median(seconds);
-            rest -= seconds;
+        for (label, seconds) in &passes {
             println!("| pass `{label}` | {:.2} ms |", seconds * 1.0e3);
         }
-        println!("| fluid, refraction, building the frame | {:.2} ms |", rest * 1.0e3);
+        let in_passes: f64 = passes.iter().map(|p| p.1).sum();
+        println!("| fluid, refraction, building the frame | {:.2} ms |", (total - in_passes) * 1.0e3);
+    }
+}
+
+/// The paper's claim: the cost does not depend on the receivers, but for drawing them once.
+fn receivers() {
+    if !wanted("receivers") {
+        return;
+    }
+    println!("\n| receiver triangles | whole frame | drawing them once | the rest |\n|---|---|---|---|");
+    for cells in [71, 224, 707] {
+        let mut scene = paper_scene("scenes/pots.ron", 64, 512);
+        scene.objects.truncate(1);
+        scene.objects[0].shape =
+            Shape::Terrain(Terrain { size_m: Vec2::splat(4.2), cells: UVec2::splat(cells), dune_height_m: 0.2, ..Terrain::default() });
+        scene.objects[0].transform.translate = Vec3::new(0.0, -1.3, 0.0);
+        let (total, passes) = time_frames(scene);
+        let once: f64 = passes.iter().filter(|p| p.0 == "geometry_buffer").map(|p| p.1).sum();
+        let ms = [total, once, total - once].map(|s| s * 1.0e3);
+        println!("| {} | {:.2} ms | {:.2} ms | {:.2} ms |", 2 * cells * cells, ms[0], ms[1], ms[2]);
     }
 }
 
@@ -277,4 +306,5 @@ fn sun_at(mut light: Light, frame: usize) -> Light {
 fn main() {
     microbenchmarks();
     paper_frames();
+    receivers();
 }

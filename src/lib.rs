@@ -22,3 +22,8 @@ pub mod math;
 pub mod passes;
 pub mod pipeline;
 pub mod scene;
+
+/// The README's example compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,35 @@
+//! What the paper's frame takes of the machine's memory: one test in a process of its own, so that nothing else counts.
+
+use std::path::Path;
+
+use nephroid::caustics::{RenderOptions, Renderer};
+use nephroid::scene::CausticVolumes;
+
+/// Most resident memory since the process began, bytes.
+#[cfg(target_os = "linux")]
+fn peak_resident() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").expect("Linux tells");
+    let line = status.lines().find(|line| line.starts_with("VmHWM:")).expect("a line with the peak");
+    let kib: u64 = line.split_whitespace().nth(1).and_then(|n| n.parse().ok()).expect("a number of KiB");
+    kib * 1024
+}
+
+/// 64 x 64 grid, 512 x 512 pixels [SF05 §4]: below 256 MiB, and no less than what its textures are known to take.
+#[cfg(target_os = "linux")]
+#[test]
+fn paper_frame_stays_below_256_mib_resident() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pots.ron");
+    let mut scene = nephroid::scene::load(&path).expect("a shipped scene");
+    (scene.image.width, scene.image.height) = (512, 512);
+    scene.techniques.caustic_volumes = CausticVolumes { grid: Some((65, 65)), ..CausticVolumes::PAPER };
+    let mut renderer = Renderer::new(&scene, &RenderOptions { memory_limit_bytes: 256 << 20, ..RenderOptions::default() }).expect("device");
+    let textures = renderer.build(&scene).frame.memory().resources();
+    for frame in 0..3 {
+        scene.time_s = 1.0 + frame as f32 / 30.0;
+        renderer.run(&scene, None).expect("within the limit");
+    }
+    let peak = peak_resident();
+    println!("peak resident: {} MiB, of which the frame's resources {} MiB", peak >> 20, textures >> 20);
+    assert!(peak < 256 << 20, "{} MiB", peak >> 20);
+    assert!(peak > textures, "{peak} bytes cannot hold {textures}");
+}
