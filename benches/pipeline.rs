@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{UVec2, Vec2, Vec3};
-use nephroid::geom::shapes::Terrain;
 use nephroid::caustics::{RenderOptions, Renderer};
 use nephroid::frame::{FrameObserver, FramePass};
+use nephroid::geom::shapes::Terrain;
 use nephroid::math::lanes::Lanes;
 use nephroid::math::level::level_name;
 use nephroid::math::rng::uniform3;
