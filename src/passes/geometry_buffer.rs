@@ -14,7 +14,7 @@ use crate::pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
 };
 use crate::pipeline::{BindingKind, Bindings};
-use crate::scene::{Albedo, Material};
+use crate::scene::{Albedo, Material, PatternUniform};
 
 use super::camera::CameraUniform;
 
@@ -39,23 +39,43 @@ pub enum MaterialKind {
     Dielectric = 2,
 }
 
-/// Bindings of the pass: camera, vertices.
-pub const BINDINGS: [BindingKind; 2] =
-    [BindingKind::Uniform(size_of::<CameraUniform>()), BindingKind::Storage(size_of::<ReceiverVertex>())];
+/// A receiver's material.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct MaterialUniform {
+    /// Albedo, or reflectance of a mirror.
+    pub pattern: PatternUniform,
+    /// 1 + [`MaterialKind`]; the rest is unused.
+    pub kind: Vec4,
+}
 
-/// The program for receivers of one material.
+impl From<&Material> for MaterialUniform {
+    fn from(material: &Material) -> Self {
+        let (albedo, kind) = match material {
+            Material::Diffuse { albedo } => (albedo, MaterialKind::Diffuse),
+            Material::Mirror { reflectance } => (&Albedo::Solid(*reflectance), MaterialKind::Mirror),
+            Material::Dielectric { .. } => (&Albedo::Solid(Vec3::ONE), MaterialKind::Dielectric),
+        };
+        Self { pattern: albedo.into(), kind: Vec4::new(1.0 + kind as u8 as f32, 0.0, 0.0, 0.0) }
+    }
+}
+
+/// Bindings of the pass: camera, vertices, material.
+pub const BINDINGS: [BindingKind; 3] = [
+    BindingKind::Uniform(size_of::<CameraUniform>()),
+    BindingKind::Storage(size_of::<ReceiverVertex>()),
+    BindingKind::Uniform(size_of::<MaterialUniform>()),
+];
+
+/// The program.
 #[must_use]
-pub fn program(material: &Material) -> Arc<Program> {
-    let fragment = match material {
-        Material::Diffuse { albedo } => Fragment { albedo: albedo.clone(), kind: MaterialKind::Diffuse },
-        Material::Mirror { reflectance } => Fragment { albedo: Albedo::Solid(*reflectance), kind: MaterialKind::Mirror },
-        Material::Dielectric { .. } => Fragment { albedo: Albedo::Solid(Vec3::ONE), kind: MaterialKind::Dielectric },
-    };
+pub fn program() -> Arc<Program> {
     let varying = |name| Varying { name, components: 3, interpolation: Interpolation::Perspective };
     Arc::new(Program {
         varyings: vec![varying("position_ws"), varying("normal_ws")],
         bindings: BINDINGS.to_vec(),
-        ..Program::new("geometry_buffer", Vertex, fragment)
+        wgsl: Some(concat!(include_str!("camera.wgsl"), include_str!("../scene/pattern.wgsl"), include_str!("geometry_buffer.wgsl"))),
+        ..Program::new("geometry_buffer", Vertex, Fragment)
     })
 }
 
@@ -74,23 +94,21 @@ impl VertexShader for Vertex {
     }
 }
 
-struct Fragment {
-    albedo: Albedo,
-    kind: MaterialKind,
-}
+struct Fragment;
 
 impl FragmentShader for Fragment {
     #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
+        let material: &MaterialUniform = bindings.uniform(2);
         let position: V3<L> = input.varying3(0);
         let normal = input.varying3(3).normalize();
         // Both sides of an open surface are receivers.
         let away = normal.dot(camera.view_direction(position)).gt(position.x.like(0.0));
         let normal = V3::select(away, -normal, normal);
-        let albedo = self.albedo.at_lanes(position, normal);
+        let albedo = material.pattern.at(position, normal);
         let one = position.x.like(1.0);
-        output.color[0] = v4(position.x, position.y, position.z, position.x.like(1.0 + self.kind as u8 as f32));
+        output.color[0] = v4(position.x, position.y, position.z, one.like(material.kind.x));
         output.color[1] = v4(normal.x, normal.y, normal.z, one);
         output.color[2] = v4(albedo.x, albedo.y, albedo.z, one);
     }

@@ -28,7 +28,17 @@ pub const BINDINGS: [BindingKind; 7] = [
 /// The program; without shadows everything is lit.
 #[must_use]
 pub fn program(air_shadows: bool, water_shadows: bool) -> Arc<Program> {
-    Arc::new(Program { bindings: BINDINGS.to_vec(), ..Program::new("light", FullscreenVertex, Fragment { air_shadows, water_shadows }) })
+    Arc::new(Program {
+        bindings: BINDINGS.to_vec(),
+        wgsl: Some(concat!(
+            include_str!("fullscreen.wgsl"),
+            include_str!("camera.wgsl"),
+            include_str!("shadow_map.wgsl"),
+            include_str!("light.wgsl")
+        )),
+        wgsl_constants: vec![("air_shadows", f64::from(u8::from(air_shadows))), ("water_shadows", f64::from(u8::from(water_shadows)))],
+        ..Program::new("light", FullscreenVertex, Fragment { air_shadows, water_shadows })
+    })
 }
 
 struct Fragment {

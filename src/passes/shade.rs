@@ -29,7 +29,17 @@ pub const BINDINGS: [BindingKind; 7] = [
 /// The program.
 #[must_use]
 pub fn program() -> Arc<Program> {
-    Arc::new(Program { bindings: BINDINGS.to_vec(), ..Program::new("shade", FullscreenVertex, Fragment) })
+    Arc::new(Program {
+        bindings: BINDINGS.to_vec(),
+        wgsl: Some(concat!(
+            include_str!("../math/optics.wgsl"),
+            include_str!("fullscreen.wgsl"),
+            include_str!("camera.wgsl"),
+            include_str!("environment.wgsl"),
+            include_str!("shade.wgsl")
+        )),
+        ..Program::new("shade", FullscreenVertex, Fragment)
+    })
 }
 
 struct Fragment;

@@ -139,13 +139,23 @@ pub const BINDINGS: [BindingKind; 2] = [BindingKind::Uniform(size_of::<LightUnif
 /// The depth-only program of the map through air.
 #[must_use]
 pub fn air_program() -> Arc<Program> {
-    Arc::new(Program { fragment: None, bindings: BINDINGS.to_vec(), ..Program::new("shadow_map_air", AirVertex, NoFragment) })
+    Arc::new(Program {
+        fragment: None,
+        bindings: BINDINGS.to_vec(),
+        wgsl: Some(concat!(include_str!("shadow_map.wgsl"), include_str!("shadow_map_air.wgsl"))),
+        ..Program::new("shadow_map_air", AirVertex, NoFragment)
+    })
 }
 
 /// The depth-only program of the map through water.
 #[must_use]
 pub fn water_program() -> Arc<Program> {
-    Arc::new(Program { fragment: None, bindings: BINDINGS.to_vec(), ..Program::new("shadow_map_water", WaterVertex, NoFragment) })
+    Arc::new(Program {
+        fragment: None,
+        bindings: BINDINGS.to_vec(),
+        wgsl: Some(concat!(include_str!("shadow_map.wgsl"), include_str!("shadow_map_water.wgsl"))),
+        ..Program::new("shadow_map_water", WaterVertex, NoFragment)
+    })
 }
 
 #[inline(always)]

@@ -58,7 +58,18 @@ pub const SURFACE_BINDINGS: [BindingKind; 5] = [
 /// Sky and receivers, without the water surface.
 #[must_use]
 pub fn background_program() -> Arc<Program> {
-    Arc::new(Program { bindings: BACKGROUND_BINDINGS.to_vec(), ..Program::new("background", FullscreenVertex, Background) })
+    Arc::new(Program {
+        bindings: BACKGROUND_BINDINGS.to_vec(),
+        wgsl: Some(concat!(
+            include_str!("../math/optics.wgsl"),
+            include_str!("fullscreen.wgsl"),
+            include_str!("camera.wgsl"),
+            include_str!("environment.wgsl"),
+            include_str!("through_water.wgsl"),
+            include_str!("background.wgsl")
+        )),
+        ..Program::new("background", FullscreenVertex, Background)
+    })
 }
 
 /// The water surface; `snell` follows refracted rays, otherwise the virtual plane is used.
@@ -68,6 +79,14 @@ pub fn surface_program(snell: bool) -> Arc<Program> {
     Arc::new(Program {
         varyings: vec![varying("position_ws"), varying("normal_ws")],
         bindings: SURFACE_BINDINGS.to_vec(),
+        wgsl: Some(concat!(
+            include_str!("../math/optics.wgsl"),
+            include_str!("camera.wgsl"),
+            include_str!("environment.wgsl"),
+            include_str!("through_water.wgsl"),
+            include_str!("water_surface.wgsl")
+        )),
+        wgsl_constants: vec![("snell", f64::from(u8::from(snell)))],
         ..Program::new("water_surface", SurfaceVertex, SurfaceFragment { snell })
     })
 }

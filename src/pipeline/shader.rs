@@ -642,8 +642,11 @@ pub struct Program {
     pub may_discard: bool,
     /// Whether the fragment stage writes `frag_depth`.
     pub writes_depth: bool,
-    /// The same program in WGSL, for the wgpu executor.
+    /// The same program in WGSL, with the entry points `vs` and `fs`. Where there is a geometry stage there is no `vs`: its primitives are
+    /// given to `fs` as they are streamed out.
     pub wgsl: Option<&'static str>,
+    /// The twin's pipeline-overridable constants: what the Rust shaders hold as fields.
+    pub wgsl_constants: Vec<(&'static str, f64)>,
 }
 
 impl Program {
@@ -660,6 +663,7 @@ impl Program {
             may_discard: false,
             writes_depth: false,
             wgsl: None,
+            wgsl_constants: Vec::new(),
         }
     }
 }

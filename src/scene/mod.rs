@@ -41,6 +41,7 @@ pub use medium::Medium;
 pub use mesh::ObjectError;
 pub use names::nearest;
 pub use object::{Object, Transform};
+pub use pattern::PatternUniform;
 pub use settings::{CausticVolumes, EyeRefraction, Faces, MAX_GRID, Radiometry, TechniqueSettings};
 pub use shape::{MESH_EXTENSIONS, Shape};
 pub use source::Source;

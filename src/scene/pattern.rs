@@ -3,78 +3,133 @@
 //! Patterns are point samples without filtering: a caller that wants no moiré asks more than once per pixel. Every random choice is a
 //! function of (seed, cell), so a pattern has the same bits on any machine.
 
-use glam::{Vec2, Vec3};
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec2, Vec3, Vec4};
 
 use crate::math::lanes::Lanes;
 use crate::math::noise::Fbm;
 use crate::math::vector::{V2, V3, v2, v3};
 
-use super::material::Albedo;
+use super::material::{Albedo, MAX_TILE_COLOURS};
+
+/// An [`Albedo`] as shaders read it.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct PatternUniform {
+    /// 0 solid, 1 tiles, 2 checker, 3 noise; number of tile colours; seed; octaves.
+    pub kind: [u32; 4],
+    /// Tiles: width, height and grout width in m, and variation. Checker: side in m. Noise: feature size in m.
+    pub numbers: Vec4,
+    /// Solid: the colour. Tiles: the grout. Checker: the square at the origin. Noise: the low end.
+    pub first: Vec4,
+    /// Tiles: their colours. Checker: the other square, noise: the high end, both in the first place.
+    pub colours: [Vec4; MAX_TILE_COLOURS],
+}
+
+/// [`PatternUniform::kind`].
+const SOLID: u32 = 0;
+const TILES: u32 = 1;
+const CHECKER: u32 = 2;
+const NOISE: u32 = 3;
+
+impl From<&Albedo> for PatternUniform {
+    fn from(albedo: &Albedo) -> Self {
+        let mut colours = [Vec4::ZERO; MAX_TILE_COLOURS];
+        match albedo {
+            Albedo::Solid(colour) => Self { kind: [SOLID, 0, 0, 0], numbers: Vec4::ZERO, first: colour.extend(0.0), colours },
+            Albedo::Tiles { size_m, colours: tiles, grout, grout_width_m, variation, seed } => {
+                for (slot, colour) in colours.iter_mut().zip(tiles) {
+                    *slot = colour.extend(0.0);
+                }
+                let count = tiles.len().min(MAX_TILE_COLOURS) as u32;
+                let numbers = Vec4::new(size_m.x, size_m.y, *grout_width_m, *variation);
+                Self { kind: [TILES, count, *seed, 0], numbers, first: grout.extend(0.0), colours }
+            }
+            Albedo::Checker { size_m, even, odd } => {
+                colours[0] = odd.extend(0.0);
+                Self { kind: [CHECKER, 1, 0, 0], numbers: Vec4::new(*size_m, 0.0, 0.0, 0.0), first: even.extend(0.0), colours }
+            }
+            Albedo::Noise { low, high, scale_m, octaves, seed } => {
+                colours[0] = high.extend(0.0);
+                Self { kind: [NOISE, 1, *seed, *octaves], numbers: Vec4::new(*scale_m, 0.0, 0.0, 0.0), first: low.extend(0.0), colours }
+            }
+        }
+    }
+}
 
 impl Albedo {
     /// Albedo at `position_ws` (m) of a surface with normal `normal_ws` (any length), linear RGB.
     #[must_use]
     pub fn at(&self, position_ws: Vec3, normal_ws: Vec3) -> Vec3 {
         let (p, n) = (position_ws, normal_ws);
-        let color = self.at_lanes::<f32>(v3(p.x, p.y, p.z), v3(n.x, n.y, n.z));
+        let color = PatternUniform::from(self).at::<f32>(v3(p.x, p.y, p.z), v3(n.x, n.y, n.z));
         Vec3::new(color.x, color.y, color.z)
-    }
-
-    /// [`Self::at`] for many points.
-    #[inline(always)]
-    #[must_use]
-    pub fn at_lanes<L: Lanes>(&self, position_ws: V3<L>, normal_ws: V3<L>) -> V3<L> {
-        let token = position_ws.x.token();
-        match self {
-            Self::Solid(colour) => V3::splat(token, *colour),
-            Self::Tiles { size_m, colours, grout, grout_width_m, variation, seed } => {
-                let (face, point_m) = pattern_point(position_ws, normal_ws);
-                let tile = v2((point_m.x / size_m.x).floor(), (point_m.y / size_m.y).floor());
-                let (x, y) = (point_m.x - tile.x * size_m.x, point_m.y - tile.y * size_m.y);
-                let to_edge_x = Lanes::min(x, -x + size_m.x);
-                let to_edge_y = Lanes::min(y, -y + size_m.y);
-                let on_grout = Lanes::min(to_edge_x, to_edge_y).lt(x.like(0.5 * grout_width_m));
-                let (face, columns, rows) = (face.to_array(), tile.x.to_array(), tile.y.to_array());
-                let mut lanes = [[0.0; 16]; 3];
-                let mut last = ([f32::NAN; 3], Vec3::ZERO);
-                for lane in 0..L::LEN {
-                    let place = [face[lane], columns[lane], rows[lane]];
-                    // Neighbouring points mostly lie on one tile.
-                    if place != last.0 {
-                        last = (place, tile_colour(*seed, place, colours, *grout, *variation));
-                    }
-                    lanes[0][lane] = last.1.x;
-                    lanes[1][lane] = last.1.y;
-                    lanes[2][lane] = last.1.z;
-                }
-                let colour = v3(L::load(token, &lanes[0]), L::load(token, &lanes[1]), L::load(token, &lanes[2]));
-                V3::select(on_grout, V3::splat(token, *grout), colour)
-            }
-            Self::Checker { size_m, even, odd } => {
-                let (_, point_m) = pattern_point(position_ws, normal_ws);
-                let square = (point_m.x / *size_m).floor() + (point_m.y / *size_m).floor();
-                let is_even = square.equals((square * 0.5).floor() * 2.0);
-                V3::select(is_even, V3::splat(token, *even), V3::splat(token, *odd))
-            }
-            Self::Noise { low, high, scale_m, octaves, seed } => {
-                let fbm = Fbm { octaves: *octaves, ..Fbm::default() };
-                let p = position_ws;
-                let noise = fbm.at3_lanes(v3(p.x / *scale_m, p.y / *scale_m, p.z / *scale_m), *seed);
-                // Fbm sums keep within about ±0.6 almost everywhere; spread that over the two colours.
-                let share = Lanes::clamp(noise * (0.5 / 0.6) + 0.5, 0.0, 1.0);
-                V3::splat(token, *low) + V3::splat(token, *high - *low) * share
-            }
-        }
     }
 }
 
-/// The colour of a tile, named by its face, column and row.
-fn tile_colour(seed: u32, [face, column, row]: [f32; 3], colours: &[Vec3], grout: Vec3, variation: f32) -> Vec3 {
-    let bits = hash(seed, face as u32, Vec2::new(column, row));
-    let colour = colours.get((bits >> 8) as usize % colours.len().max(1)).copied().unwrap_or(grout);
-    // Sixteen bits for the brightness, from 1 − variation to 1 + variation; a bright tile may not reflect more than it gets.
-    let brightness = 1.0 + variation * ((bits & 0xffff) as f32 * (2.0 / 65535.0) - 1.0);
-    (colour * brightness).min(Vec3::ONE)
+impl PatternUniform {
+    /// Albedo at points (m, world space) of surfaces with these normals (any length), linear RGB.
+    #[inline(always)]
+    #[must_use]
+    pub fn at<L: Lanes>(&self, position_ws: V3<L>, normal_ws: V3<L>) -> V3<L> {
+        let token = position_ws.x.token();
+        let first = V3::splat(token, self.first.truncate());
+        let second = self.colours[0].truncate();
+        match self.kind[0] {
+            TILES => self.tiles(position_ws, normal_ws),
+            CHECKER => {
+                let (_, point_m) = pattern_point(position_ws, normal_ws);
+                let square = (point_m.x / self.numbers.x).floor() + (point_m.y / self.numbers.x).floor();
+                let is_even = square.equals((square * 0.5).floor() * 2.0);
+                V3::select(is_even, first, V3::splat(token, second))
+            }
+            NOISE => {
+                let fbm = Fbm { octaves: self.kind[3], ..Fbm::default() };
+                let (p, scale_m) = (position_ws, self.numbers.x);
+                let noise = fbm.at3_lanes(v3(p.x / scale_m, p.y / scale_m, p.z / scale_m), self.kind[2]);
+                // Fbm sums keep within about ±0.6 almost everywhere; spread that over the two colours.
+                let share = Lanes::clamp(noise * (0.5 / 0.6) + 0.5, 0.0, 1.0);
+                first + V3::splat(token, second - self.first.truncate()) * share
+            }
+            _ => first,
+        }
+    }
+
+    #[inline(always)]
+    fn tiles<L: Lanes>(&self, position_ws: V3<L>, normal_ws: V3<L>) -> V3<L> {
+        let token = position_ws.x.token();
+        let [width, height, grout_width, _] = self.numbers.to_array();
+        let (face, point_m) = pattern_point(position_ws, normal_ws);
+        let tile = v2((point_m.x / width).floor(), (point_m.y / height).floor());
+        let (x, y) = (point_m.x - tile.x * width, point_m.y - tile.y * height);
+        let to_edge_x = Lanes::min(x, -x + width);
+        let to_edge_y = Lanes::min(y, -y + height);
+        let on_grout = Lanes::min(to_edge_x, to_edge_y).lt(x.like(0.5 * grout_width));
+        let (face, columns, rows) = (face.to_array(), tile.x.to_array(), tile.y.to_array());
+        let mut lanes = [[0.0; 16]; 3];
+        let mut last = ([f32::NAN; 3], Vec3::ZERO);
+        for lane in 0..L::LEN {
+            let place = [face[lane], columns[lane], rows[lane]];
+            // Neighbouring points mostly lie on one tile.
+            if place != last.0 {
+                last = (place, self.tile_colour(place));
+            }
+            lanes[0][lane] = last.1.x;
+            lanes[1][lane] = last.1.y;
+            lanes[2][lane] = last.1.z;
+        }
+        let colour = v3(L::load(token, &lanes[0]), L::load(token, &lanes[1]), L::load(token, &lanes[2]));
+        V3::select(on_grout, V3::splat(token, self.first.truncate()), colour)
+    }
+
+    /// The colour of a tile, named by its face, column and row.
+    fn tile_colour(&self, [face, column, row]: [f32; 3]) -> Vec3 {
+        let bits = hash(self.kind[2], face as u32, Vec2::new(column, row));
+        let colour = self.colours[(bits >> 8) as usize % (self.kind[1] as usize).clamp(1, MAX_TILE_COLOURS)].truncate();
+        // Sixteen bits for the brightness, from 1 − variation to 1 + variation; a bright tile may not reflect more than it gets.
+        let brightness = 1.0 + self.numbers.w * ((bits & 0xffff) as f32 * (2.0 / 65535.0) - 1.0);
+        (colour * brightness).min(Vec3::ONE)
+    }
 }
 
 /// The two pattern coordinates of a point, m, and the axis (0 = x, 1 = y, 2 = z) its surface faces.

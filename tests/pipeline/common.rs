@@ -180,6 +180,7 @@ pub fn pipeline(program: Program, edit: impl FnOnce(&mut RenderPipelineDescripto
 }
 
 /// Attachments of a pass and what they are cleared to.
+#[derive(Clone)]
 pub struct Canvas {
     pub size: (u32, u32),
     pub color: Vec<Option<Texture>>,

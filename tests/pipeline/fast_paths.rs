@@ -6,7 +6,8 @@ use nephroid::math::lanes::Lanes;
 use nephroid::math::vector::v4;
 use nephroid::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program};
 use nephroid::pipeline::state::{
-    CompareFunction, DepthStencilState, Face, PrimitiveState, StencilFaceState, StencilOperation, StencilState, TextureFormat,
+    CompareFunction, DepthBiasState, DepthStencilState, Face, FrontFace, PixelRect, PrimitiveState, PrimitiveTopology, StencilFaceState,
+    StencilOperation, StencilState, TextureFormat,
 };
 use nephroid::pipeline::{
     Bindings, Device, Draw, FragmentEvent, FragmentOutcome, Observer, PassOutput, PrimitiveEvent, PrimitiveOutcome, RenderPipeline,
@@ -14,6 +15,7 @@ use nephroid::pipeline::{
 
 use super::common::*;
 use super::depth_stencil::depth_state;
+use super::sprites::SizedPull;
 
 const SIZE: (u32, u32) = (150, 90);
 
@@ -162,6 +164,126 @@ fn shortcuts_equal_the_general_path() {
         }
     }
     println!("shortcuts: {count} passes, {total} triangles, bytes and counters equal");
+}
+
+/// Sets up nothing sixteen at a time and rejects nothing by coarse depth: the long way for everything.
+struct LongWay;
+
+impl Observer for LongWay {}
+
+/// A canvas with depth drawn into it, so that each block of it is different.
+fn canvas_with_depth(rng: &mut Rng, format: TextureFormat) -> Canvas {
+    let depth = TextureFormat::Depth32FloatStencil8;
+    let mut canvas = Canvas::new(SIZE, &[Some(format)], Some(depth));
+    let writer = pipeline(plain_program(Ones), |desc| {
+        desc.targets = vec![additive(format)];
+        desc.depth_stencil = Some(depth_state(depth, CompareFunction::LessEqual, true));
+    });
+    let vertices = Vertices::new(&triangles(rng, 60));
+    let entries = vertices.entries();
+    canvas.run(vec![Draw::new(&writer, Bindings::new(&entries, 0), 0..vertices.count, SIZE)]);
+    canvas.load = true;
+    canvas
+}
+
+#[test]
+fn coarse_depth_rejects_nothing_that_passes() {
+    let format = TextureFormat::Rgba32Float;
+    let mut rng = Rng(1004);
+    let orders = [CompareFunction::Less, CompareFunction::LessEqual, CompareFunction::Greater, CompareFunction::GreaterEqual];
+    let (mut passed, mut total) = (0, 0);
+    for round in 0..cases(60, 8) {
+        let canvas = canvas_with_depth(&mut rng, format);
+        let vertices = Vertices::new(&triangles(&mut rng, 400));
+        let entries = vertices.entries();
+        for compare in orders {
+            let count = StencilFaceState { pass_op: StencilOperation::IncrementWrap, ..StencilFaceState::IGNORE };
+            let stencil = StencilState { front: count, back: count, read_mask: 0xff, write_mask: 0xff };
+            let state = depth_state(TextureFormat::Depth32FloatStencil8, compare, false);
+            let shaded = pipeline(pull_program(VaryingColor, Interpolation::Perspective), |desc| {
+                desc.targets = vec![additive(format)];
+                desc.depth_stencil = Some(state.clone());
+                desc.primitive.unclipped_depth = round % 2 == 1;
+            });
+            let counted = pipeline(plain_program(Ones), |desc| {
+                desc.targets = vec![additive(format)];
+                desc.depth_stencil = Some(DepthStencilState { stencil: stencil.clone(), ..state.clone() });
+            });
+            let half = vertices.count / 6 * 3;
+            let run = |observer: Option<&mut dyn Observer>| {
+                let mut canvas = canvas.clone();
+                let output = canvas.run_on(
+                    device(),
+                    vec![
+                        Draw::new(&shaded, Bindings::new(&entries, 0), 0..half, SIZE),
+                        Draw::new(&counted, Bindings::new(&entries, 0), half..vertices.count, SIZE),
+                    ],
+                    observer,
+                );
+                (canvas.bytes(), output.statistics)
+            };
+            let (fast, observed) = (run(None), run(Some(&mut LongWay)));
+            assert!(fast.0 == observed.0, "{compare:?}: bytes differ, round {round}");
+            assert_eq!(fast.1, observed.1, "{compare:?}");
+            passed += fast.1.fragments_passed;
+            total += vertices.count / 3;
+        }
+    }
+    assert!(passed > 0);
+    println!("coarse depth: {total} triangles, {passed} fragments passed, bytes and counters equal");
+}
+
+#[test]
+fn small_primitives_equal_the_long_way() {
+    let format = TextureFormat::Rgba32Float;
+    let mut rng = Rng(1005);
+    let mut total = 0;
+    for round in 0..cases(150, 12) {
+        let mut canvas = canvas_with_depth(&mut rng, format);
+        let mut list = Vec::new();
+        for _ in 0..600 {
+            // Sizes on both sides of the 64 pixels that are the limit, some of them exactly on it.
+            let reach = [0.6, 3.0, 12.0, 31.9, 32.0, 33.0, 90.0][rng.int(0..7) as usize];
+            let centre = [rng.real(-20.0, 170.0), rng.real(-20.0, 110.0)];
+            let on_grid = rng.chance(3);
+            for _ in 0..3 {
+                let p = centre.map(|c| c + rng.real(-reach, reach)).map(|c| if on_grid { (c * 16.0).round_ties_even() / 16.0 } else { c });
+                let w = [0.5, 1.0, 4.0][rng.int(0..3) as usize];
+                let clip = clip_from_px(SIZE, p, rng.f32(-0.02, 1.02)).map(|c| c * w);
+                let diameter = [-1.0, 0.3, 1.0, 3.0, 20.0, 63.9, 64.0, 65.0, 200.0, f32::NAN][rng.int(0..10) as usize];
+                list.push(vertex(clip, [rng.f32(-1.0, 1.0), rng.f32(-1.0, 1.0), rng.f32(-1.0, 1.0), diameter]));
+            }
+        }
+        let vertices = Vertices::new(&list);
+        let entries = vertices.entries();
+        let points = round % 3 == 2;
+        let mut program = pull_program(VaryingColor, [Interpolation::Perspective, Interpolation::Linear][round % 2]);
+        if points {
+            program.vertex = std::sync::Arc::new(SizedPull);
+        }
+        let pipeline = pipeline(program, |desc| {
+            desc.targets = vec![additive(format)];
+            let mut state = depth_state(TextureFormat::Depth32FloatStencil8, CompareFunction::LessEqual, true);
+            if !points && round % 4 == 0 {
+                state.bias = DepthBiasState { constant: 40, slope_scale: 1.5, clamp: 0.0 };
+            }
+            desc.depth_stencil = Some(state);
+            desc.primitive.cull_mode = [None, Some(Face::Front), Some(Face::Back)][round % 3];
+            desc.primitive.front_face = if round % 2 == 0 { FrontFace::Ccw } else { FrontFace::Cw };
+            if points {
+                desc.primitive = PrimitiveState { topology: PrimitiveTopology::PointList, ..PrimitiveState::default() };
+            }
+        });
+        let scissor = PixelRect { x0: 5, y0: 3, x1: 140, y1: 71 };
+        let draw = || Draw { scissor, ..Draw::new(&pipeline, Bindings::new(&entries, 0), 0..vertices.count, SIZE) };
+        let mut long = canvas.clone();
+        let fast_output = canvas.run_on(device(), vec![draw()], None);
+        let long_output = long.run_on(device(), vec![draw()], Some(&mut LongWay));
+        assert!(canvas.bytes() == long.bytes(), "bytes differ, round {round}");
+        assert_eq!(fast_output.statistics, long_output.statistics, "round {round}");
+        total += if points { vertices.count } else { vertices.count / 3 };
+    }
+    println!("small primitives: {total}, bytes and counters equal");
 }
 
 /// Draws with and without shortcuts that alternate keep their order.

@@ -12,7 +12,7 @@ use super::common::*;
 use super::reference::{Fill, Fx, for_each_pixel, snap, window};
 
 /// [`Pull`] whose fourth number is the point's size.
-struct SizedPull;
+pub struct SizedPull;
 
 impl VertexShader for SizedPull {
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {

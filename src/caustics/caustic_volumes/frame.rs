@@ -139,8 +139,7 @@ pub fn build(inputs: &Inputs<'_>) -> Built {
     let indices = b.frame.buffer("receiver indices", inputs.receivers.indices.clone());
 
     // First pass: world positions of all receivers.
-    let bindings = b.frame.bind_group(vec![BindEntry::Uniform(camera_buffer, 0), BindEntry::Storage(vertices)]);
-    let draws = geometry_draws(&mut b, inputs.receivers, bindings, indices);
+    let draws = geometry_draws(&mut b, inputs.receivers, camera_buffer, vertices, indices);
     b.frame.passes.push(FramePass {
         label: "geometry_buffer".into(),
         color: vec![clear(position), clear(normal), clear(albedo)],
@@ -371,21 +370,25 @@ fn bottom_of_volumes(inputs: &Inputs<'_>, settings: &CausticVolumes) -> f32 {
     }
 }
 
-fn geometry_draws(b: &mut Builder, receivers: &Receivers, bindings: BindGroupId, indices: BufferId) -> Vec<FrameDraw> {
+/// A draw per object: one pipeline, and a bind group for each material.
+fn geometry_draws(b: &mut Builder, receivers: &Receivers, camera: BufferId, vertices: BufferId, indices: BufferId) -> Vec<FrameDraw> {
+    let format = TextureFormat::Rgba32Float;
+    let pipeline = b.frame.pipeline(RenderPipelineDescriptor {
+        targets: vec![target(format, None), target(format, None), target(format, None)],
+        depth_stencil: Some(depth_state(CompareFunction::Less, true, DepthBiasState::default())),
+        ..RenderPipelineDescriptor::new("geometry_buffer", geometry_buffer::program())
+    });
     let mut draws = Vec::with_capacity(receivers.groups.len());
-    let mut made: Vec<(&crate::scene::Material, crate::frame::PipelineId)> = Vec::new();
+    let mut made: Vec<(&crate::scene::Material, BindGroupId)> = Vec::new();
     for group in receivers.groups.iter().filter(|g| !g.elements.is_empty()) {
-        let pipeline = match made.iter().find(|(material, _)| **material == group.material) {
-            Some((_, pipeline)) => *pipeline,
+        let bindings = match made.iter().find(|(material, _)| **material == group.material) {
+            Some((_, bindings)) => *bindings,
             None => {
-                let format = TextureFormat::Rgba32Float;
-                let pipeline = b.frame.pipeline(RenderPipelineDescriptor {
-                    targets: vec![target(format, None), target(format, None), target(format, None)],
-                    depth_stencil: Some(depth_state(CompareFunction::Less, true, DepthBiasState::default())),
-                    ..RenderPipelineDescriptor::new("geometry_buffer", geometry_buffer::program(&group.material))
-                });
-                made.push((&group.material, pipeline));
-                pipeline
+                let material = b.uniform(&format!("material {}", made.len()), &geometry_buffer::MaterialUniform::from(&group.material));
+                let entries = vec![BindEntry::Uniform(camera, 0), BindEntry::Storage(vertices), BindEntry::Uniform(material, 0)];
+                let bindings = b.frame.bind_group(entries);
+                made.push((&group.material, bindings));
+                bindings
             }
         };
         draws.push(FrameDraw::new(pipeline, bindings, group.elements.clone()).indexed(indices));

@@ -70,8 +70,7 @@ fn enlarge_needle(triangle: [DVec2; 3], slack: f64) -> [DVec2; 3] {
 
 /// The hull of a beam's two ends, each enlarged by its slack in metres.
 ///
-/// Faces are found by asking of every three corners whether the rest lies on one side: twenty questions of three dot products, which is less work than
-/// keeping a half-built hull. In f64, where corners in one plane to within rounding do not occur after the enlargement.
+/// In f64, where corners in one plane to within rounding do not occur after the enlargement.
 #[must_use]
 pub fn hull(top: [DVec3; 3], bottom: [DVec3; 3], top_slack: f64, bottom_slack: f64) -> Hull {
     let flat = |t: [DVec3; 3]| t.map(|p| DVec2::new(p.x, p.z));
@@ -94,28 +93,81 @@ pub fn hull(top: [DVec3; 3], bottom: [DVec3; 3], top_slack: f64, bottom_slack: f
         let turned = large_bottom[i] + along;
         hull.corners[3 + i] = DVec3::new(turned.x, bottom[i].y - bottom_slack, turned.y);
     }
-    let p = hull.corners;
-    for a in 0..4usize {
-        for b in a + 1..5 {
-            for c in b + 1..6 {
-                let normal = (p[b] - p[a]).cross(p[c] - p[a]);
-                let level = normal.dot(p[a]);
-                let (mut above, mut below) = (false, false);
-                for (i, corner) in p.iter().enumerate() {
-                    if i != a && i != b && i != c {
-                        let side = normal.dot(*corner) - level;
-                        above |= side > 0.0;
-                        below |= side < 0.0;
-                    }
+    if !hull.wrap() {
+        hull.search();
+    }
+    hull
+}
+
+impl Hull {
+    fn push(&mut self, a: usize, b: usize, c: usize) {
+        self.faces[self.count] = [a as u8, b as u8, c as u8];
+        self.count += 1;
+    }
+
+    /// Finds the faces of a body whose top lies wholly above the bottom's plane and the other way round: the two ends, and one face
+    /// on each edge of either, to that corner of the other end which all others lie behind. False if the ends are not so.
+    fn wrap(&mut self) -> bool {
+        let p = self.corners;
+        // Corners of both ends counter-clockwise seen from above.
+        let upwards = |[a, b, c]: [usize; 3]| if (p[b] - p[a]).cross(p[c] - p[a]).y > 0.0 { [a, b, c] } else { [a, c, b] };
+        let (top, bottom) = (upwards([0, 1, 2]), upwards([3, 4, 5]));
+        let is_below = |end: [usize; 3], other: [usize; 3]| {
+            let normal = (p[end[1]] - p[end[0]]).cross(p[end[2]] - p[end[0]]);
+            other.map(|i| normal.dot(p[i] - p[end[0]]) < 0.0)
+        };
+        if is_below(top, bottom) != [true; 3] || is_below(bottom, top) != [false; 3] {
+            return false;
+        }
+        // The corner of `other` that is outermost as seen around the edge from a to b.
+        let outermost = |a: usize, b: usize, other: [usize; 3]| {
+            let edge = p[b] - p[a];
+            let mut best = other[0];
+            for &i in &other[1..] {
+                if edge.cross(p[best] - p[a]).dot(p[i] - p[a]) > 0.0 {
+                    best = i;
                 }
-                if above != below && hull.count < MAX_FACES {
-                    hull.faces[hull.count] = if below { [a as u8, b as u8, c as u8] } else { [a as u8, c as u8, b as u8] };
-                    hull.count += 1;
+            }
+            best
+        };
+        self.push(top[0], top[1], top[2]);
+        self.push(bottom[0], bottom[2], bottom[1]);
+        for i in 0..3 {
+            let (a, b) = (top[(i + 1) % 3], top[i]);
+            self.push(a, b, outermost(a, b, bottom));
+            let (a, b) = (bottom[i], bottom[(i + 1) % 3]);
+            self.push(a, b, outermost(a, b, top));
+        }
+        true
+    }
+
+    /// Finds the faces of any six points: asks of every three whether the rest lies on one side.
+    fn search(&mut self) {
+        let p = self.corners;
+        for a in 0..4 {
+            for b in a + 1..5 {
+                for c in b + 1..6 {
+                    let normal = (p[b] - p[a]).cross(p[c] - p[a]);
+                    let level = normal.dot(p[a]);
+                    let (mut above, mut below) = (false, false);
+                    for (i, corner) in p.iter().enumerate() {
+                        if i != a && i != b && i != c {
+                            let side = normal.dot(*corner) - level;
+                            above |= side > 0.0;
+                            below |= side < 0.0;
+                        }
+                    }
+                    if above != below && self.count < MAX_FACES {
+                        if below {
+                            self.push(a, b, c);
+                        } else {
+                            self.push(a, c, b);
+                        }
+                    }
                 }
             }
         }
     }
-    hull
 }
 
 #[cfg(test)]
@@ -163,6 +215,35 @@ mod tests {
                 .sum();
             assert!(volume > 0.0, "beam {i} is inside out");
         }
+    }
+
+    /// Faces as sets of corners, in order.
+    fn sorted_faces(hull: &Hull) -> Vec<[u8; 3]> {
+        let mut faces: Vec<[u8; 3]> = hull
+            .faces()
+            .iter()
+            .map(|f| {
+                let least = (0..3).min_by_key(|&k| f[k]).unwrap_or(0);
+                [f[least], f[(least + 1) % 3], f[(least + 2) % 3]]
+            })
+            .collect();
+        faces.sort_unstable();
+        faces
+    }
+
+    #[test]
+    fn wrapping_finds_the_faces_that_the_search_finds() {
+        let mut tilted = 0;
+        for i in 0..20_000 {
+            let wrapped = random_beam(i, [0.1, 1.0, 40.0][i as usize % 3]);
+            let mut again = Hull { corners: wrapped.corners, ..Hull::default() };
+            tilted += usize::from(!again.wrap());
+            let mut searched = Hull { corners: wrapped.corners, ..Hull::default() };
+            searched.search();
+            assert_eq!(sorted_faces(&wrapped), sorted_faces(&searched), "beam {i}");
+        }
+        // Tops so steep that their plane cuts the bottom need the search.
+        assert!((100..10_000).contains(&tilted), "{tilted}");
     }
 
     #[test]

@@ -64,6 +64,8 @@ pub fn program(radiometry: Radiometry) -> Arc<Program> {
         varyings: vec![flat("beam", 1), flat("visibility", 3)],
         bindings: BINDINGS.to_vec(),
         may_discard: true,
+        wgsl: Some(concat!(include_str!("../../math/optics.wgsl"), include_str!("shaders.wgsl"))),
+        wgsl_constants: vec![("paper", f64::from(u8::from(radiometry == Radiometry::Paper)))],
         ..match radiometry {
             Radiometry::Paper => Program::new("caustic_volume", BeamVertex, VolumeFragment::<true>),
             Radiometry::Physical => Program::new("caustic_volume", BeamVertex, VolumeFragment::<false>),

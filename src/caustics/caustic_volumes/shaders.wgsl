@@ -1,0 +1,94 @@
+// The light at each receiver inside of a caustic volume: the twin of `VolumeFragment` in `shaders.rs`.
+//
+// The faces of the hulls come from the geometry stage, which WebGPU does not have: its primitives are pulled from a buffer.
+
+override paper: bool = false;
+
+const SMALLEST_SECTION: f32 = 1.0e-7;
+
+struct VolumeUniform {
+    shape: vec4<f32>,
+    sigma_t: vec4<f32>,
+}
+
+struct Beam {
+    g: array<vec4<f32>, 3>,
+    d: array<vec4<f32>, 3>,
+    flux: vec4<f32>,
+}
+
+@group(0) @binding(1) var<uniform> volume: VolumeUniform;
+@group(0) @binding(3) var<storage, read> beams: array<Beam>;
+@group(0) @binding(4) var positions: texture_2d<f32>;
+@group(0) @binding(5) var normals: texture_2d<f32>;
+@group(0) @binding(6) var visibilities: texture_2d<f32>;
+
+struct Varyings {
+    @builtin(position) position: vec4<f32>,
+    @location(0) @interpolate(flat) beam: f32,
+    @location(1) @interpolate(flat) visibility: vec3<f32>,
+}
+
+struct Targets {
+    @location(0) irradiance: vec4<f32>,
+    @location(1) direction: vec4<f32>,
+    @location(2) count: vec4<f32>,
+}
+
+fn perp_dot(a: vec2<f32>, b: vec2<f32>) -> f32 {
+    return a.x * b.y - a.y * b.x;
+}
+
+@fragment
+fn fs(in: Varyings) -> Targets {
+    let at_pixel = vec2<i32>(in.position.xy);
+    let here = textureLoad(positions, at_pixel, 0);
+    let p = here.xyz;
+    var beam = beams[u32(in.beam)];
+
+    // Intersect the three rays with the plane y = P.y; what is left is a triangle in x and z.
+    var depth = vec3<f32>();
+    var corners = array<vec2<f32>, 3>();
+    for (var i = 0; i < 3; i++) {
+        depth[i] = beam.g[i].y - p.y;
+        corners[i] = depth[i] * beam.d[i].xz + beam.g[i].xz;
+    }
+    let double_area = perp_dot(corners[1] - corners[0], corners[2] - corners[0]);
+    let positive = double_area > 0.0;
+
+    // Each edge is evaluated from the end that both neighbours agree on.
+    let at = p.xz;
+    var weight = vec3<f32>();
+    var inside = p.y >= volume.shape.x;
+    for (var i = 0; i < 3; i++) {
+        let j = (i + 1) % 3;
+        let first = beam.g[i].w > 0.0;
+        let start = select(corners[j], corners[i], first);
+        let end = select(corners[i], corners[j], first);
+        let side = perp_dot(end - start, at - start);
+        inside = inside && ((side >= 0.0) == positive) == first;
+        weight[(i + 2) % 3] = select(-side, side, first);
+    }
+    if !inside {
+        discard;
+    }
+    let b = weight * (1.0 / double_area);
+    let below = dot(b, depth);
+    let travelled = b.x * depth.x * beam.d[0].y + b.y * depth.y * beam.d[1].y + b.z * depth.z * beam.d[2].y;
+
+    // F_P = A_gen/A_P times I0 is flux over area; attenuation per wavelength over the distance in water.
+    let area = max(abs(double_area) * 0.5, SMALLEST_SECTION * beam.flux.w);
+    let visible = textureLoad(visibilities, at_pixel, 0).r;
+    var scale = visible * clamp(dot(b, in.visibility), 0.0, 1.0) / area;
+    let across = b.x * beam.d[0].xz + b.y * beam.d[1].xz + b.z * beam.d[2].xz;
+    let ray = vec3<f32>(across.x, -1.0, across.y);
+    if !paper {
+        scale *= max(-dot(textureLoad(normals, at_pixel, 0).xyz, ray), 0.0);
+    }
+    if !(below > 0.0 && here.w == 1.0 && scale > 0.0) {
+        discard;
+    }
+    let irradiance = beam.flux.rgb * beer_lambert_rgb(volume.sigma_t.rgb, travelled) * scale;
+    let total = irradiance.r + irradiance.g + irradiance.b;
+    return Targets(vec4<f32>(irradiance, 0.0), vec4<f32>(-normalize(ray) * total, total), vec4<f32>(1.0, 0.0, 0.0, 0.0));
+}

@@ -1,0 +1,14 @@
+// The map through air: the twin of `AirVertex` in `shadow_map.rs`.
+
+struct ReceiverVertex {
+    position_ws: vec4<f32>,
+    normal_ws: vec4<f32>,
+}
+
+@group(0) @binding(0) var<uniform> light: LightUniform;
+@group(0) @binding(1) var<storage, read> vertices: array<ReceiverVertex>;
+
+@vertex
+fn vs(@builtin(vertex_index) vertex_index: u32) -> @builtin(position) vec4<f32> {
+    return light.clip_from_world * vec4<f32>(vertices[vertex_index].position_ws.xyz, 1.0);
+}

@@ -1,0 +1,128 @@
+// The water surface: the twin of `SurfaceVertex` and `SurfaceFragment` in `water_surface.rs`.
+
+override snell: bool = true;
+
+const SEARCH_STEPS: i32 = 8;
+
+struct WaterVertex {
+    position_ws: vec4<f32>,
+    normal_ws: vec4<f32>,
+}
+
+@group(0) @binding(0) var<uniform> camera: CameraUniform;
+@group(0) @binding(1) var<uniform> environment: EnvironmentUniform;
+@group(0) @binding(2) var positions: texture_2d<f32>;
+@group(0) @binding(3) var radiances: texture_2d<f32>;
+@group(0) @binding(4) var<storage, read> vertices: array<WaterVertex>;
+
+struct Varyings {
+    @builtin(position) position: vec4<f32>,
+    @location(0) position_ws: vec3<f32>,
+    @location(1) normal_ws: vec3<f32>,
+}
+
+// What lies behind a surface point, and the metres of water between.
+struct Seen {
+    radiance: vec3<f32>,
+    distance: f32,
+}
+
+@vertex
+fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
+    let vertex = vertices[vertex_index];
+    // The surface is seen where it is: only what lies under it is raised.
+    return Varyings(camera.clip_from_world * vec4<f32>(vertex.position_ws.xyz, 1.0), vertex.position_ws.xyz, vertex.normal_ws.xyz);
+}
+
+// Texel at whole pixel coordinates, zeros outside.
+fn position_at(pixel: vec2<f32>) -> vec4<f32> {
+    let at = floor(pixel);
+    let size = vec2<f32>(textureDimensions(positions));
+    if !(at.x >= 0.0 && at.y >= 0.0 && at.x < size.x && at.y < size.y) {
+        return vec4<f32>(0.0);
+    }
+    return textureLoad(positions, vec2<i32>(at), 0);
+}
+
+// Linear filtering, clamped to the edge; spelled out, because 32-bit float textures need not be filterable.
+fn radiance_at(pixel: vec2<f32>) -> vec3<f32> {
+    let size = vec2<f32>(textureDimensions(radiances));
+    let scaled = clamp(pixel * camera.size_px.zw * size, vec2<f32>(-1.0e9), vec2<f32>(1.0e9));
+    let base = floor(scaled - 0.5);
+    let weight = scaled - 0.5 - base;
+    let near = vec2<i32>(clamp(base, vec2<f32>(0.0), size - 1.0));
+    let far = vec2<i32>(clamp(base + 1.0, vec2<f32>(0.0), size - 1.0));
+    let a = textureLoad(radiances, near, 0).rgb;
+    let b = textureLoad(radiances, vec2<i32>(far.x, near.y), 0).rgb;
+    let c = textureLoad(radiances, vec2<i32>(near.x, far.y), 0).rgb;
+    let d = textureLoad(radiances, far, 0).rgb;
+    let upper = a + (b - a) * weight.x;
+    let lower = c + (d - c) * weight.x;
+    return upper + (lower - upper) * weight.y;
+}
+
+// The paper's lookup: this surface point, put on the mean plane.
+fn virtual_plane(surface: vec3<f32>) -> Seen {
+    let on_plane = vec3<f32>(surface.x, camera.water.x, surface.z);
+    let pixel = pixel_of(camera, camera.clip_from_world * vec4<f32>(on_plane, 1.0));
+    let at = position_at(pixel);
+    return Seen(radiance_at(pixel), select(1.0e4, length(at.xyz - surface), at.w > 0.0));
+}
+
+// Follows a ray from the surface to what it hits.
+fn follow(surface: vec3<f32>, ray: vec3<f32>) -> Seen {
+    var pixel = pixel_of(camera, camera.clip_from_world * vec4<f32>(surface, 1.0));
+    var distance = min(-(1.0 / ray.y), 4.0);
+    var last_wet = pixel;
+    var ever_wet = false;
+    for (var step = 0; step < SEARCH_STEPS; step++) {
+        let at = position_at(pixel);
+        // What stands in the dry hides the water there; the ray goes on below it.
+        if at.w > 0.0 && under_water(camera, at.xyz) {
+            last_wet = pixel;
+            ever_wet = true;
+            let guess = length(at.xyz - surface);
+            distance = select((guess + distance) * 0.5, guess, step == 0);
+        }
+        pixel = pixel_of(camera, project(camera, surface + ray * distance));
+    }
+    return Seen(radiance_at(last_wet), select(1.0e4, distance, ever_wet));
+}
+
+// The surface seen by an eye under water: Snell's window, and the mirror around it.
+fn from_below(surface: vec3<f32>, up: vec3<f32>, view: vec3<f32>, ior: f32) -> vec3<f32> {
+    let down = -up;
+    let leaves = refracts(view, down, ior);
+    let water = environment.inscatter.rgb;
+    var at_surface = water;
+    if leaves {
+        let reflectance = fresnel_reflectance(max(-dot(view, down), 1.0e-3), ior, 1.0);
+        let seen = sky(environment, normalize(refract_ray(view, down, ior))) * (ior * ior);
+        at_surface = seen * (1.0 - reflectance) + water * reflectance;
+    }
+    return through_medium(environment.sigma_t.rgb, water, at_surface, length(surface - camera.eye_ws.xyz));
+}
+
+@fragment
+fn fs(in: Varyings) -> @location(0) vec4<f32> {
+    let surface = in.position_ws;
+    let up = normalize(in.normal_ws);
+    let view = view_direction(camera, surface);
+    let ior = environment.inscatter.w;
+    if camera.water.z > 0.0 {
+        return vec4<f32>(from_below(surface, up, view, ior), 1.0);
+    }
+    // A wave's far side can face away from the eye; it is seen edge-on at most.
+    let reflectance = fresnel_reflectance(max(-dot(view, up), 0.02), 1.0, ior);
+    var seen: Seen;
+    if snell {
+        seen = follow(surface, refract_ray(view, up, 1.0 / ior));
+    } else {
+        seen = virtual_plane(surface);
+    }
+    let below = through_medium(environment.sigma_t.rgb, environment.inscatter.rgb, seen.radiance, seen.distance);
+    // Light that a wave throws downwards would hit the water again; it is taken from just above the horizon.
+    var mirrored = reflect_ray(view, up);
+    mirrored = normalize(vec3<f32>(mirrored.x, max(mirrored.y, 0.01), mirrored.z));
+    return vec4<f32>(below * (1.0 - reflectance) + sky(environment, mirrored) * reflectance, 1.0);
+}
