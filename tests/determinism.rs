@@ -1,7 +1,8 @@
 //! Every attachment of every pass of every shipped scene: the same bytes on 1, 2 and 7 threads and at every SIMD level, equal to the
 //! committed hashes in `tests/data/hashes.txt`. Runs in debug and release, so both must agree with the file.
 //!
-//! Scenes are rendered at a quarter of their width and height, because an attachment is compared byte for byte and not looked at.
+//! Scenes are rendered at a quarter of their width and height, because an attachment is compared byte for byte and not looked at. A release
+//! build renders them whole as well, as they are shipped, on the two devices that are least alike.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -83,6 +84,19 @@ fn every_attachment_has_the_same_bytes_everywhere() {
         assert_eq!(waves, reference, "{name} in many waves");
     }
     compare_with_file(&root().join("tests/data/hashes.txt"), &text);
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "takes minutes in a debug build")]
+fn whole_scenes_have_the_same_bytes_on_devices_least_alike() {
+    let narrowest = available_levels()[0].1;
+    for name in SCENES {
+        let scene = nephroid::scene::load(&root().join("scenes").join(name)).expect("a shipped scene loads");
+        let best = hashes(&scene, DeviceOptions::default());
+        let least =
+            hashes(&scene, DeviceOptions { threads: Some(7), level: Some(narrowest), width: ShaderWidth::One, bin_budget_bytes: 1 << 20 });
+        assert_eq!(best, least, "{name}");
+    }
 }
 
 /// Fails if the file is missing or differs; `REPLACE=1` writes it.
