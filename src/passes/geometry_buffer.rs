@@ -74,7 +74,12 @@ pub fn program() -> Arc<Program> {
     Arc::new(Program {
         varyings: vec![varying("position_ws"), varying("normal_ws")],
         bindings: BINDINGS.to_vec(),
-        wgsl: Some(concat!(include_str!("camera.wgsl"), include_str!("../scene/pattern.wgsl"), include_str!("geometry_buffer.wgsl"))),
+        wgsl: Some(concat!(
+            include_str!("camera.wgsl"),
+            include_str!("../scene/pattern.wgsl"),
+            include_str!("receiver_vertex.wgsl"),
+            include_str!("geometry_buffer.wgsl")
+        )),
         ..Program::new("geometry_buffer", Vertex, Fragment)
     })
 }

@@ -1,10 +1,5 @@
 // World position, normal and albedo of the nearest receiver: the twin of `geometry_buffer.rs`.
 
-struct ReceiverVertex {
-    position_ws: vec4<f32>,
-    normal_ws: vec4<f32>,
-}
-
 struct MaterialUniform {
     pattern: PatternUniform,
     kind: vec4<f32>,

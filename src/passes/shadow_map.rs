@@ -142,7 +142,7 @@ pub fn air_program() -> Arc<Program> {
     Arc::new(Program {
         fragment: None,
         bindings: BINDINGS.to_vec(),
-        wgsl: Some(concat!(include_str!("shadow_map.wgsl"), include_str!("shadow_map_air.wgsl"))),
+        wgsl: Some(concat!(include_str!("shadow_map.wgsl"), include_str!("receiver_vertex.wgsl"), include_str!("shadow_map_air.wgsl"))),
         ..Program::new("shadow_map_air", AirVertex, NoFragment)
     })
 }
@@ -153,7 +153,7 @@ pub fn water_program() -> Arc<Program> {
     Arc::new(Program {
         fragment: None,
         bindings: BINDINGS.to_vec(),
-        wgsl: Some(concat!(include_str!("shadow_map.wgsl"), include_str!("shadow_map_water.wgsl"))),
+        wgsl: Some(concat!(include_str!("shadow_map.wgsl"), include_str!("receiver_vertex.wgsl"), include_str!("shadow_map_water.wgsl"))),
         ..Program::new("shadow_map_water", WaterVertex, NoFragment)
     })
 }

@@ -1,10 +1,5 @@
 // The map through air: the twin of `AirVertex` in `shadow_map.rs`.
 
-struct ReceiverVertex {
-    position_ws: vec4<f32>,
-    normal_ws: vec4<f32>,
-}
-
 @group(0) @binding(0) var<uniform> light: LightUniform;
 @group(0) @binding(1) var<storage, read> vertices: array<ReceiverVertex>;
 

@@ -55,6 +55,7 @@ impl Emitter<'_> {
         }
     }
 
+    #[inline(always)]
     pub fn varyings_of(&self, vertex: u32) -> u32 {
         self.varying_base + vertex * self.pipeline.interpolation.len() as u32
     }

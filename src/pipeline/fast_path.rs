@@ -9,6 +9,7 @@ use crate::math::lanes::Lanes;
 
 use super::bins::{Record, flag};
 use super::blend::TargetPlan;
+use super::block_depth::BlockDepth;
 use super::coarse_depth::CoarseDepth;
 use super::depth_stencil::StencilFace;
 use super::format::ChannelKind;
@@ -18,7 +19,7 @@ use super::render_pipeline::{DepthPlan, FragmentPlan};
 use super::shader::{FragmentStage, PrimitiveAttributes, ShadeSource};
 use super::state::{CompareFunction, StencilOperation};
 use super::texture::{TILE_PIXELS, offset_in_tile};
-use super::tile::{BlockDepth, DrawState, TileCounters, TileTargets};
+use super::tile::{DrawState, TileCounters, TileTargets};
 
 /// How a fast path treats depth: `0` ignores it, `1` tests, `2` tests and writes.
 const IGNORE: u8 = 0;

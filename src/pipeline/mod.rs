@@ -1,15 +1,18 @@
 //! The software GPU: from draws to attachments, every stage exact, the same bytes on any number of threads and at any SIMD level.
 //!
-//! Stages in order: index fetch and primitive assembly (`assemble`), vertex (`fetch`, `shader`), geometry, stream-out (`chunk`), clip (`clip`),
-//! viewport and snap (`viewport`), cull, setup (`setup`), bin (`bins`); then per tile: raster (`raster`), depth and stencil (`depth_stencil`),
-//! fragment (`shader`), blend (`blend`). `pass` and `tile` are the only files that know the order.
+//! Stages in order: index fetch and primitive assembly (`assemble`), vertex (`fetch`, `shader`, `batch`), geometry, stream-out (`chunk`), clip
+//! (`clip`), viewport and snap (`viewport`, `vertices`), cull and setup (`emit`, `small`, `setup`), bin (`bins`); then per tile: raster (`raster`), depth
+//! and stencil (`coarse_depth`, `block_depth`, `depth_stencil`), fragment (`shader`, `batch`), blend (`blend`). `pass`, `chunk` and `tile` are the only
+//! files that know the order.
 //!
 //! What is not here: multisampling, line and point polygon modes, conservative rasterization, storage writes from shaders.
 
 mod assemble;
+mod batch;
 mod bindings;
 mod bins;
 mod blend;
+mod block_depth;
 mod chunk;
 mod clip;
 mod coarse_depth;
@@ -20,6 +23,7 @@ mod fetch;
 mod format;
 mod observer;
 mod pass;
+mod pass_check;
 mod raster;
 mod render_pipeline;
 pub mod sampler;

@@ -110,15 +110,15 @@ fn reference_plane(v: [&WindowVertex; 3], area: i64, z: [f32; 3]) -> ZPlane {
 }
 
 /// What all planes over one snapped triangle share: its two edges from vertex 0, in f64.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct PlaneFrame {
     /// Vertices 1 and 2 from vertex 0 in 1/256 pixel.
-    x: [f64; 2],
-    y: [f64; 2],
+    pub x: [f64; 2],
+    pub y: [f64; 2],
     /// 256 over twice the area.
-    scale: f64,
+    pub scale: f64,
     /// From vertex 0 to the anchor's centre in pixels.
-    to_centre: [f64; 2],
+    pub to_centre: [f64; 2],
     /// The pixel that vertex 0 is in.
     pub anchor: [i32; 2],
 }

@@ -1,4 +1,4 @@
-//! The programmable stages: what a shader is given, what it returns, and how sixteen lanes of it are run.
+//! The programmable stages: what a shader is given and what it returns. `batch.rs` runs sixteen lanes of it.
 //!
 //! Write a stage once, generic over [`Lanes`], as [`VertexShader`] or [`FragmentShader`]; it becomes a [`VertexStage`] or
 //! [`FragmentStage`], which the pipeline calls once per batch through a trait object. Inside a batch everything is monomorphic. A geometry
@@ -6,17 +6,14 @@
 
 use std::sync::Arc;
 
-use fearless_simd::{Level, Simd, f32x16};
-use fearless_simd_macros::simd;
-
-use crate::math::lanes::{Lanes, Mask};
-use crate::math::level::wide_dispatch;
+use crate::math::lanes::Lanes;
 use crate::math::vector::{V2, V3, V4, v2, v3, v4};
 
+pub use super::batch::{Execution, FragmentStage, ShadeBatch, ShadeItem, ShadeSource, ShaderWidth, VertexBatch, VertexStage};
 use super::bindings::{BindingKind, Bindings};
 use super::state::{GeometryTopology, MAX_COLOR_TARGETS, MAX_VARYINGS};
 use super::texture::{TILE_PIXELS, Texture};
-use super::vertices::{ClipVertices, GROUP};
+use super::vertices::ClipVertices;
 
 /// How a varying goes from vertices to fragments. WGSL: `@interpolate`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -169,7 +166,15 @@ pub struct FragmentInput<'a, L: Lanes> {
 impl<'a, L: Lanes> FragmentInput<'a, L> {
     /// Fragments at pixel centres `x`, `y` with depth `z`.
     #[inline(always)]
-    fn new(token: L::Token, pixel: (u32, u32), x: L, y: L, z: L, source: &ShadeSource<'a>, attributes: &'a PrimitiveAttributes) -> Self {
+    pub(super) fn new(
+        token: L::Token,
+        pixel: (u32, u32),
+        x: L,
+        y: L,
+        z: L,
+        source: &ShadeSource<'a>,
+        attributes: &'a PrimitiveAttributes,
+    ) -> Self {
         let (linear, perspective, inv_w) = weights(attributes, x, y);
         Self {
             token,
@@ -377,237 +382,6 @@ impl GeometryOutput<'_> {
 pub trait GeometryShader: Send + Sync {
     /// Handles one primitive.
     fn geometry(&self, bindings: &Bindings<'_>, input: &GeometryInput<'_>, output: &mut GeometryOutput<'_>);
-}
-
-/// How wide shaders run. Both give the same bits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ShaderWidth {
-    /// One lane at a time: the definition.
-    One,
-    /// Sixteen lanes.
-    #[default]
-    Sixteen,
-}
-
-/// How to run a batch.
-#[derive(Clone, Copy, Debug)]
-pub struct Execution {
-    /// SIMD level.
-    pub level: Level,
-    /// Lanes per call.
-    pub width: ShaderWidth,
-}
-
-/// Vertices to shade, sixteen per group, and where the results go.
-pub struct VertexBatch<'a> {
-    pub(super) vertex_index: &'a [u32],
-    pub(super) instance_index: u32,
-    /// `[group of 16][location][component][16]`.
-    pub(super) attributes: &'a [f32],
-    pub(super) locations: usize,
-    pub(super) scalars: usize,
-    pub(super) vertices: &'a mut ClipVertices,
-    /// `[vertex][scalar]`.
-    pub(super) varyings: &'a mut [f32],
-}
-
-/// A vertex stage as the pipeline calls it. Implemented for every [`VertexShader`].
-pub trait VertexStage: Send + Sync {
-    /// Shades a batch.
-    fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut VertexBatch<'_>);
-}
-
-impl<T: VertexShader> VertexStage for T {
-    fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut VertexBatch<'_>) {
-        match execution.width {
-            ShaderWidth::One => vertex_groups::<f32, T>((), self, bindings, batch),
-            ShaderWidth::Sixteen => wide_dispatch!(
-                execution.level,
-                simd => vertex_batch16(simd, self, bindings, batch),
-                vertex_groups::<f32, T>((), self, bindings, batch)
-            ),
-        }
-    }
-}
-
-#[simd]
-fn vertex_batch16<S: Simd, T: VertexShader>(simd: S, shader: &T, bindings: &Bindings<'_>, batch: &mut VertexBatch<'_>) {
-    vertex_groups::<f32x16<S>, T>(simd, shader, bindings, batch);
-}
-
-#[inline(always)]
-fn vertex_groups<L: Lanes, T: VertexShader>(token: L::Token, shader: &T, bindings: &Bindings<'_>, batch: &mut VertexBatch<'_>) {
-    let zero = L::splat(token, 0.0);
-    let one = L::splat(token, 1.0);
-    let mut output = VertexOutput { position: v4(zero, zero, zero, one), point_size: one, varyings: [zero; MAX_VARYINGS] };
-    let mut attributes = [v4(zero, zero, zero, one); 16];
-    let count = batch.vertex_index.len();
-    let mut first = 0;
-    while first < count {
-        let lanes = L::LEN.min(count - first);
-        let mut indices = [0; 16];
-        indices[..lanes].copy_from_slice(&batch.vertex_index[first..first + lanes]);
-        // Idle lanes repeat the last vertex, so that they read nothing that is not there.
-        let last = indices[lanes - 1];
-        indices[lanes..].fill(last);
-        for (location, attribute) in attributes.iter_mut().enumerate().take(batch.locations) {
-            let start = (first / 16 * batch.locations + location) * 64 + first % 16;
-            let components = &batch.attributes[start..];
-            *attribute = v4(
-                L::load(token, components),
-                L::load(token, &components[16..]),
-                L::load(token, &components[32..]),
-                L::load(token, &components[48..]),
-            );
-        }
-        let input = VertexInput {
-            token,
-            vertex_index: &indices[..L::LEN],
-            instance_index: batch.instance_index,
-            attributes: &attributes[..batch.locations],
-        };
-        shader.vertex(bindings, &input, &mut output);
-        let group = &mut batch.vertices.groups[first / GROUP];
-        let [x, y, z, w] = &mut group.position;
-        output.position.x.store(&mut x[first % GROUP..]);
-        output.position.y.store(&mut y[first % GROUP..]);
-        output.position.z.store(&mut z[first % GROUP..]);
-        output.position.w.store(&mut w[first % GROUP..]);
-        output.point_size.store(&mut group.point_size[first % GROUP..]);
-        let varyings = &mut batch.varyings[first * batch.scalars..(first + lanes) * batch.scalars];
-        for (scalar, value) in output.varyings.iter().enumerate().take(batch.scalars) {
-            let values = value.to_array();
-            for (vertex, value) in varyings.chunks_exact_mut(batch.scalars).zip(values) {
-                vertex[scalar] = value;
-            }
-        }
-        first += lanes;
-    }
-}
-
-/// One 4x4 block of a primitive that awaits shading.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct ShadeItem {
-    /// Column of the block's first pixel.
-    pub x: u32,
-    /// Row of the block's first pixel.
-    pub y: u32,
-    /// Which primitive of the chunk.
-    pub primitive: u32,
-    /// Covered pixels, bit = lane.
-    pub mask: u16,
-}
-
-/// What the primitives of a batch are interpolated from.
-#[derive(Clone, Copy)]
-pub struct ShadeSource<'a> {
-    pub(super) primitives: &'a [PrimitiveAttributes],
-    pub(super) varyings: &'a [f32],
-    pub(super) interpolation: &'a [Interpolation],
-}
-
-/// Blocks to shade and where the results go.
-pub struct ShadeBatch<'a> {
-    pub(super) source: ShadeSource<'a>,
-    pub(super) items: &'a [ShadeItem],
-    /// Depth, `[item][16]`.
-    pub(super) z: &'a mut [[f32; 16]],
-    /// Colours, `[item][target][component][16]`.
-    pub(super) colors: &'a mut [f32],
-    pub(super) targets: usize,
-    /// Kept pixels per item, from the shader's discards.
-    pub(super) keep: &'a mut [u16],
-    /// Whether the shader's discards count.
-    pub(super) may_discard: bool,
-    pub(super) writes_depth: bool,
-}
-
-/// A fragment stage as the pipeline calls it. Implemented for every [`FragmentShader`].
-pub trait FragmentStage: Send + Sync {
-    /// Whether the output is the same for all fragments of a primitive.
-    fn per_primitive(&self) -> bool;
-    /// Shades a batch.
-    fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>);
-    /// The colours of a primitive, if [`Self::per_primitive`].
-    fn primitive_color(&self, bindings: &Bindings<'_>, source: &ShadeSource<'_>, primitive: u32) -> [[f32; 4]; MAX_COLOR_TARGETS];
-}
-
-impl<T: FragmentShader> FragmentStage for T {
-    fn per_primitive(&self) -> bool {
-        T::PER_PRIMITIVE
-    }
-    fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>) {
-        match execution.width {
-            ShaderWidth::One => fragment_pixels(self, bindings, batch),
-            ShaderWidth::Sixteen => wide_dispatch!(
-                execution.level,
-                simd => fragment_blocks(simd, self, bindings, batch),
-                fragment_pixels(self, bindings, batch)
-            ),
-        }
-    }
-    fn primitive_color(&self, bindings: &Bindings<'_>, source: &ShadeSource<'_>, primitive: u32) -> [[f32; 4]; MAX_COLOR_TARGETS] {
-        let attributes = &source.primitives[primitive as usize];
-        let input = FragmentInput::<f32>::new((), (0, 0), attributes.anchor[0], attributes.anchor[1], 0.0, source, attributes);
-        let mut output = FragmentOutput { color: [v4(0.0, 0.0, 0.0, 0.0); MAX_COLOR_TARGETS], depth: 0.0, keep: true };
-        self.fragment(bindings, &input, &mut output);
-        output.color.map(|c| [c.x, c.y, c.z, c.w])
-    }
-}
-
-#[simd]
-fn fragment_blocks<S: Simd, T: FragmentShader>(simd: S, shader: &T, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>) {
-    let zero = <f32x16<S> as Lanes>::splat(simd, 0.0);
-    let all = Lanes::equals(zero, zero);
-    let mut output = FragmentOutput { color: [v4(zero, zero, zero, zero); MAX_COLOR_TARGETS], depth: zero, keep: all };
-    let column = <f32x16<S> as Lanes>::from_fn(simd, |i| (i & 3) as f32);
-    let row = <f32x16<S> as Lanes>::from_fn(simd, |i| (i >> 2) as f32);
-    for (i, item) in batch.items.iter().enumerate() {
-        let attributes = &batch.source.primitives[item.primitive as usize];
-        let z = <f32x16<S> as Lanes>::load(simd, &batch.z[i]);
-        let (x, y) = (column + item.x as f32, row + item.y as f32);
-        let input = FragmentInput::new(simd, (item.x, item.y), x, y, z, &batch.source, attributes);
-        output.keep = all;
-        shader.fragment(bindings, &input, &mut output);
-        batch.keep[i] = if batch.may_discard { output.keep.bits() as u16 } else { u16::MAX };
-        if batch.keep[i] & item.mask == 0 {
-            continue; // Nobody reads what a discarded block would have written.
-        }
-        for (target, color) in output.color.iter().enumerate().take(batch.targets) {
-            let out = &mut batch.colors[(i * batch.targets + target) * 64..][..64];
-            Lanes::store(color.x, out);
-            Lanes::store(color.y, &mut out[16..]);
-            Lanes::store(color.z, &mut out[32..]);
-            Lanes::store(color.w, &mut out[48..]);
-        }
-        if batch.writes_depth {
-            Lanes::store(output.depth, &mut batch.z[i]);
-        }
-    }
-}
-
-fn fragment_pixels<T: FragmentShader>(shader: &T, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>) {
-    let mut output = FragmentOutput { color: [v4(0.0, 0.0, 0.0, 0.0); MAX_COLOR_TARGETS], depth: 0.0, keep: true };
-    for (i, item) in batch.items.iter().enumerate() {
-        let attributes = &batch.source.primitives[item.primitive as usize];
-        batch.keep[i] = 0;
-        for lane in (0..16).filter(|lane| item.mask >> lane & 1 == 1) {
-            let (x, y) = (item.x + (lane & 3), item.y + (lane >> 2));
-            let lane = lane as usize;
-            let input = FragmentInput::<f32>::new((), (x, y), x as f32, y as f32, batch.z[i][lane], &batch.source, attributes);
-            output.keep = true;
-            shader.fragment(bindings, &input, &mut output);
-            for (target, c) in output.color.iter().enumerate().take(batch.targets) {
-                for (component, value) in [c.x, c.y, c.z, c.w].into_iter().enumerate() {
-                    batch.colors[((i * batch.targets + target) * 4 + component) * 16 + lane] = value;
-                }
-            }
-            batch.keep[i] |= u16::from(output.keep || !batch.may_discard) << lane;
-            if batch.writes_depth {
-                batch.z[i][lane] = output.depth;
-            }
-        }
-    }
 }
 
 /// The geometry stage of a program.

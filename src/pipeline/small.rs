@@ -69,22 +69,64 @@ struct Setup {
     c: [[i32; GROUP]; 3],
 }
 
-/// Depth or weight planes of sixteen triangles: at the anchor, per pixel right, per pixel down.
-struct Planes([[f32; GROUP]; 3]);
+/// Sixteen [`PlaneFrame`]s, field by field, so that loops over them become lanes.
+struct Frames {
+    x: [[f64; GROUP]; 2],
+    y: [[f64; GROUP]; 2],
+    scale: [f64; GROUP],
+    to_centre: [[f64; GROUP]; 2],
+    anchor: [[i32; GROUP]; 2],
+}
 
-impl Planes {
-    /// Through these values at the corners, `[corner][lane]`.
+impl Frames {
     #[inline(always)]
-    fn new(frames: &[PlaneFrame; GROUP], values: &[[f32; GROUP]; 3]) -> Self {
+    fn new(corners: &Corners, area: &[i64; GROUP]) -> Self {
+        let none = [[0.0; GROUP]; 2];
+        let mut frames = Self { x: none, y: none, scale: [0.0; GROUP], to_centre: none, anchor: [[0; GROUP]; 2] };
+        for lane in 0..GROUP {
+            let (fx, fy) = (&corners.fx, &corners.fy);
+            let frame = PlaneFrame::new([[fx[0][lane], fy[0][lane]], [fx[1][lane], fy[1][lane]], [fx[2][lane], fy[2][lane]]], area[lane]);
+            for i in 0..2 {
+                frames.x[i][lane] = frame.x[i];
+                frames.y[i][lane] = frame.y[i];
+                frames.to_centre[i][lane] = frame.to_centre[i];
+                frames.anchor[i][lane] = frame.anchor[i];
+            }
+            frames.scale[lane] = frame.scale;
+        }
+        frames
+    }
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> PlaneFrame {
+        PlaneFrame {
+            x: [self.x[0][lane], self.x[1][lane]],
+            y: [self.y[0][lane], self.y[1][lane]],
+            scale: self.scale[lane],
+            to_centre: [self.to_centre[0][lane], self.to_centre[1][lane]],
+            anchor: [self.anchor[0][lane], self.anchor[1][lane]],
+        }
+    }
+
+    /// The planes through these values at the corners, `[corner][lane]`.
+    #[inline(always)]
+    fn planes(&self, values: &[[f32; GROUP]; 3]) -> Planes {
         let mut planes = [[0.0; GROUP]; 3];
         for lane in 0..GROUP {
-            let plane = frames[lane].plane([values[0][lane], values[1][lane], values[2][lane]]);
+            let plane = self.get(lane).plane([values[0][lane], values[1][lane], values[2][lane]]);
             planes[0][lane] = plane[0];
             planes[1][lane] = plane[1];
             planes[2][lane] = plane[2];
         }
-        Self(planes)
+        Planes(planes)
     }
+}
+
+/// Depth or weight planes of sixteen triangles: at the anchor, per pixel right, per pixel down.
+struct Planes([[f32; GROUP]; 3]);
+
+impl Planes {
+    const NONE: Self = Self([[0.0; GROUP]; 3]);
 
     #[inline(always)]
     fn get(&self, lane: usize) -> [f32; 3] {
@@ -220,18 +262,14 @@ impl Emitter<'_> {
     #[inline(always)]
     fn emit(&mut self, setup: &Setup, corners: &Corners, primitives: &[[u32; 3]], ids: Ids<'_>, first: usize) {
         let (needs_depth, attributes) = (self.needs_depth(), self.pipeline.fragment.attributes);
-        let mut frames = [PlaneFrame::default(); GROUP];
-        if needs_depth || attributes {
-            for (lane, frame) in frames.iter_mut().enumerate() {
-                let at = |corner: usize| [corners.fx[corner][lane], corners.fy[corner][lane]];
-                *frame = PlaneFrame::new([at(0), at(1), at(2)], setup.area[lane]);
-            }
-        }
-        let z = needs_depth.then(|| Planes::new(&frames, &corners.z));
-        let weights = attributes.then(|| {
+        let frames = Frames::new(corners, &setup.area);
+        let z = if needs_depth { frames.planes(&corners.z) } else { Planes::NONE };
+        let (mut l1, mut l2) = (Planes::NONE, Planes::NONE);
+        if attributes {
             let (zero, one) = ([0.0; GROUP], [1.0; GROUP]);
-            (Planes::new(&frames, &[zero, one, zero]), Planes::new(&frames, &[zero, zero, one]))
-        });
+            l1 = frames.planes(&[zero, one, zero]);
+            l2 = frames.planes(&[zero, zero, one]);
+        }
         let mut left = setup.drawn | setup.large | setup.clipped;
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
@@ -250,8 +288,9 @@ impl Emitter<'_> {
             if setup.cut >> lane & 1 == 1 {
                 flags |= flag::RECT;
             }
-            let mut plane = ZPlane { anchor: frames[lane].anchor, ..ZPlane::default() };
-            if let Some(z) = &z {
+            let anchor = [frames.anchor[0][lane], frames.anchor[1][lane]];
+            let mut plane = ZPlane { anchor, ..ZPlane::default() };
+            if needs_depth {
                 [plane.base, plane.dx, plane.dy] = z.get(lane);
                 let corner_z = [corners.z[0][lane], corners.z[1][lane], corners.z[2][lane]];
                 let bias = self.depth_bias(&plane, corner_z);
@@ -263,14 +302,14 @@ impl Emitter<'_> {
                 }
             }
             let entry = self.out.attributes.len() as u32;
-            if let Some((l1, l2)) = &weights {
-                let vertices = primitives[lane];
+            if attributes {
+                let [v0, v1, v2] = primitives[lane];
                 self.out.attributes.push(PrimitiveAttributes {
-                    anchor: [frames[lane].anchor[0] as f32, frames[lane].anchor[1] as f32],
+                    anchor: [anchor[0] as f32, anchor[1] as f32],
                     l1: l1.get(lane),
                     l2: l2.get(lane),
-                    inv_w: vertices.map(|v| self.window.groups[v as usize / GROUP].inv_w[v as usize % GROUP]),
-                    varyings: vertices.map(|v| self.varyings_of(v)),
+                    inv_w: [self.window.inv_w(v0), self.window.inv_w(v1), self.window.inv_w(v2)],
+                    varyings: [self.varyings_of(v0), self.varyings_of(v1), self.varyings_of(v2)],
                     primitive_id: id,
                     front_facing: front,
                     is_point: false,

@@ -3,24 +3,25 @@
 //! The general path tests depth and stencil block by block, queues the survivors, shades the queue in one call and
 //! blends it in order. Draws that only count, fill depth or add a constant colour skip the queue (`fast_path.rs`).
 
-use fearless_simd::{Simd, SimdFrom, SimdMask, f32x16, i32x16, mask32x16};
+use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
 use fearless_simd_macros::simd;
 
-use crate::math::lanes::{Lanes, lanes_from_i32};
+use crate::math::lanes::Lanes;
 use crate::math::level::{baseline, wide_dispatch};
 
 use super::bins::{Record, flag};
+use super::block_depth::{BlockDepth, clamp_depth, quantized};
 use super::chunk::ChunkOutput;
-use super::coarse_depth::{CoarseDepth, CoarsePlane};
+use super::coarse_depth::CoarseDepth;
 use super::depth_stencil::{StencilFace, compare_lanes};
 use super::fast_path::FastPath;
 use super::format::{ChannelKind, depth_value, quantize_depth};
 use super::observer::{FragmentEvent, FragmentOutcome, Observer, reborrow};
 use super::pass::Draw;
-use super::raster::{BlockSink, LANE_X, LANE_Y, walk};
+use super::raster::{BlockSink, walk};
 use super::render_pipeline::RenderPipeline;
 use super::shader::{Execution, PrimitiveAttributes, ShadeBatch, ShadeItem, ShadeSource};
-use super::state::{DepthPlane, MAX_COLOR_TARGETS, StencilFaceState};
+use super::state::{MAX_COLOR_TARGETS, StencilFaceState};
 use super::texture::{TILE_PIXELS, offset_in_tile};
 
 /// Blocks that are shaded in one call.
@@ -481,107 +482,6 @@ impl<'a> TileWorker<'a, '_> {
             };
             if let Some(observer) = self.observer.as_deref_mut() {
                 observer.fragment(event);
-            }
-        }
-    }
-}
-
-/// To the viewport's depth range; not-a-number becomes the nearer end.
-#[inline(always)]
-fn clamp_depth<L: Lanes>(z: L, draw: &Draw<'_>) -> L {
-    Lanes::clamp(z, draw.viewport.min_depth, draw.viewport.max_depth)
-}
-
-/// To what the depth format stores.
-#[inline(always)]
-fn quantized<S: Simd>(z: f32x16<S>, pipeline: &RenderPipeline) -> f32x16<S> {
-    match pipeline.depth.kind {
-        Some(kind @ ChannelKind::UnormDepth(_)) => Lanes::map(z, |v| quantize_depth(kind, v)),
-        _ => z,
-    }
-}
-
-/// Depth of a record's blocks.
-#[derive(Clone, Copy)]
-pub(super) struct BlockDepth<'c, S: Simd> {
-    /// What is known of the tile's depth, and how this record looks beside it.
-    coarse: Option<(&'c CoarseDepth, CoarsePlane)>,
-    /// Column and row of each lane, from the anchor to the tile's first pixel.
-    x: f32x16<S>,
-    y: f32x16<S>,
-    plane: [f32; 3],
-    rule: DepthPlane,
-    clamp: Option<(f32, f32)>,
-}
-
-impl<'c, S: Simd> BlockDepth<'c, S> {
-    #[inline(always)]
-    pub fn new(
-        simd: S,
-        record: &Record,
-        origin: [i32; 2],
-        draw: &Draw<'_>,
-        pipeline: &RenderPipeline,
-        coarse: Option<&'c CoarseDepth>,
-    ) -> Self {
-        let rule = pipeline.rules.depth_plane;
-        // Exact: at most 15 bits of whole pixels and four of fraction.
-        let x = (origin[0] - i32::from(record.anchor[0])) as f32 - (record.flags >> flag::SIXTEENTHS & 15) as f32 * 0.0625;
-        let y = (origin[1] - i32::from(record.anchor[1])) as f32 - (record.flags >> (flag::SIXTEENTHS + 4) & 15) as f32 * 0.0625;
-        // The draw is looked at only if it must be: most records do without.
-        let clamp = if record.flags & flag::CLAMP_Z != 0 { Some((draw.viewport.min_depth, draw.viewport.max_depth)) } else { None };
-        Self {
-            coarse: coarse.map(|coarse| (coarse, CoarsePlane::new(record.z, [x, y], clamp, pipeline.depth.compare))),
-            x: lanes_from_i32(i32x16::simd_from(simd, LANE_X)) + x,
-            y: lanes_from_i32(i32x16::simd_from(simd, LANE_Y)) + y,
-            plane: record.z,
-            rule,
-            clamp,
-        }
-    }
-
-    /// Blocks of the region at (rx, ry) in which a fragment may pass the depth test.
-    #[inline(always)]
-    pub fn visible_blocks(&self, simd: S, rx: i32, ry: i32) -> u32 {
-        match &self.coarse {
-            Some((coarse, plane)) => coarse.visible_blocks(simd, plane, rx, ry),
-            None => 0xffff,
-        }
-    }
-
-    /// Regions of the tile in which a fragment may pass the depth test.
-    #[inline(always)]
-    pub fn visible_regions(&self, simd: S) -> u32 {
-        match &self.coarse {
-            Some((coarse, plane)) => coarse.visible_regions(simd, plane),
-            None => 0xffff,
-        }
-    }
-
-    /// Depth of the block at pixel (bx, by) of the tile, clamped: what is tested.
-    #[inline(always)]
-    pub fn at(&self, bx: i32, by: i32) -> f32x16<S> {
-        self.clamped(self.interpolated(bx, by))
-    }
-
-    #[inline(always)]
-    fn clamped(&self, z: f32x16<S>) -> f32x16<S> {
-        match self.clamp {
-            Some((low, high)) => Lanes::clamp(z, low, high),
-            None => z,
-        }
-    }
-
-    /// Depth before the clamp: what shaders see [WebGPU: fragments of unclipped primitives].
-    #[inline(always)]
-    fn interpolated(&self, bx: i32, by: i32) -> f32x16<S> {
-        let [base, dx, dy] = self.plane;
-        let (x, y) = (self.x + bx as f32, self.y + by as f32);
-        match self.rule {
-            DepthPlane::Reference | DepthPlane::SwiftShader => (y * dy + base) + x * dx,
-            DepthPlane::LlvmpipeMulAdd => (x * dx + base) + y * dy,
-            DepthPlane::LlvmpipeFused => {
-                <f32x16<S> as Lanes>::from_fn(Lanes::token(x), |i| dy.mul_add(y.lane(i), dx.mul_add(x.lane(i), base)))
             }
         }
     }

@@ -107,6 +107,11 @@ impl WindowVertices {
     }
 
     #[inline(always)]
+    pub fn inv_w(&self, vertex: u32) -> f32 {
+        self.groups[vertex as usize / GROUP].inv_w[vertex as usize % GROUP]
+    }
+
+    #[inline(always)]
     pub fn outcode(&self, vertex: usize) -> u8 {
         self.groups[vertex / GROUP].outcode[vertex % GROUP] as u8
     }
