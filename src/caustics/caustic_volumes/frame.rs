@@ -497,7 +497,10 @@ fn volume_pass(
 ) {
     let settings = &inputs.scene.techniques.caustic_volumes;
     let shadows = if settings.surface_shadows { 1.0 } else { 0.0 };
-    let uniform = VolumeUniform { shape: Vec4::new(bottom_y, slack, shadows, 0.0), sigma_t: inputs.scene.medium.sigma_t().extend(0.0) };
+    // Front faces pass wherever the receiver lies behind the volume, which from above is all along its length; back faces almost only inside it.
+    let back = settings.faces != Faces::Front;
+    let wanted = if back { -1.0 } else { 1.0 };
+    let uniform = VolumeUniform { shape: Vec4::new(bottom_y, slack, shadows, wanted), sigma_t: inputs.scene.medium.sigma_t().extend(0.0) };
     let uniform = b.uniform(&format!("volumes {number}"), &uniform);
     let dark = [super::beams::Beam::default()];
     let data = if beams.beams.is_empty() { &dark[..] } else { &beams.beams[..] };
@@ -513,8 +516,6 @@ fn volume_pass(
         BindEntry::Texture(sources.air_map),
         BindEntry::Sampler(Sampler::comparison(CompareFunction::LessEqual)),
     ]);
-    // Front faces pass wherever the receiver lies behind the volume, which from above is all along its length; back faces almost only inside it.
-    let back = settings.faces != Faces::Front;
     // Front faces must lie before the receiver; back faces behind it, which holds for an eye inside as well [decision E3].
     let (cull, compare) = if back { (Face::Front, CompareFunction::GreaterEqual) } else { (Face::Back, CompareFunction::LessEqual) };
     let slot = |texture: Option<TextureId>, format| texture.and_then(|_| target(format, Some(ADDITIVE)));

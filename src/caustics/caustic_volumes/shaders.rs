@@ -28,7 +28,8 @@ use super::hull::{MAX_FACES, hull};
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VolumeUniform {
-    /// Height of the bottom cap, m; slack per unit of clip w, m; 1 if vertices are tested against the map through air; unused.
+    /// Height of the bottom cap, m; slack per unit of clip w, m; 1 if vertices are tested against the map through air; 1 if
+    /// faces towards the eye are drawn, −1 if those away from it are.
     pub shape: Vec4,
     /// Extinction coefficient c(λ), 1/m.
     pub sigma_t: Vec4,
@@ -128,12 +129,24 @@ impl GeometryShader for HullGeometry {
             [clip.x, clip.y, clip.z, clip.w]
         });
         for face in hull.faces() {
+            if faces_otherwise(face.map(|corner| clip[usize::from(corner)]), volume.shape.w) {
+                continue;
+            }
             for &corner in face {
                 output.emit(clip[usize::from(corner)], 1.0, &varyings);
             }
             output.end_primitive();
         }
     }
+}
+
+/// Whether a face is clearly turned the way that is culled, so that it need not be emitted; `wanted` is 1 for faces towards the eye.
+///
+/// Its sign is that of `det(x, y, w)` of the corners, as in homogeneous rasterization; numbers near zero are left to the pipeline.
+fn faces_otherwise(corners: [[f32; 4]; 3], wanted: f32) -> bool {
+    let [a, b, c] = corners.map(|[x, y, _, w]| DVec3::new(f64::from(x), f64::from(y), f64::from(w)));
+    let doubtful = 1.0e-6 * a.length() * b.length() * c.length();
+    a.dot(b.cross(c)) * f64::from(wanted) < -doubtful
 }
 
 struct VolumeFragment<const PAPER: bool>;
