@@ -216,8 +216,9 @@ struct PaperFrame {
     paper: &'static str,
 }
 
-const PAPER_FRAMES: [PaperFrame; 4] = [
+const PAPER_FRAMES: [PaperFrame; 5] = [
     PaperFrame { name: "figure 4: empty pool", scene: "scenes/pots.ron", objects: 1, grid: 64, size: 512, paper: "31 ms" },
+    PaperFrame { name: "the same pool", scene: "scenes/pots.ron", objects: 1, grid: 128, size: 1024, paper: "not given" },
     PaperFrame { name: "figure 7: pots", scene: "scenes/pots.ron", objects: usize::MAX, grid: 128, size: 512, paper: "not given" },
     PaperFrame { name: "figure 3: columns", scene: "scenes/columns.ron", objects: usize::MAX, grid: 128, size: 512, paper: "116 ms" },
     PaperFrame { name: "figure 3: columns", scene: "scenes/columns.ron", objects: usize::MAX, grid: 128, size: 1024, paper: "333 ms" },

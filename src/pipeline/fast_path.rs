@@ -188,12 +188,8 @@ impl<S: Simd, const CHANNELS: usize, const DEPTH: u8> BlockSink<S> for AddSink<'
     const TAKES_EMPTY: bool = true;
 
     #[inline(always)]
-    fn visible_blocks(&self, simd: S, rx: i32, ry: i32) -> u32 {
-        if DEPTH == TEST { self.z.visible_blocks(simd, rx, ry) } else { 0xffff }
-    }
-    #[inline(always)]
-    fn visible_regions(&self, simd: S) -> u32 {
-        if DEPTH == TEST { self.z.visible_regions(simd) } else { 0xffff }
+    fn depth(&self) -> Option<&BlockDepth<'_, S>> {
+        if DEPTH == TEST { Some(&self.z) } else { None }
     }
 
     #[inline(always)]
@@ -298,12 +294,8 @@ impl<S: Simd, const DEPTH: u8> CountSink<'_, S, DEPTH> {
 
 impl<S: Simd, const DEPTH: u8> BlockSink<S> for CountSink<'_, S, DEPTH> {
     #[inline(always)]
-    fn visible_blocks(&self, simd: S, rx: i32, ry: i32) -> u32 {
-        if DEPTH == TEST { self.z.visible_blocks(simd, rx, ry) } else { 0xffff }
-    }
-    #[inline(always)]
-    fn visible_regions(&self, simd: S) -> u32 {
-        if DEPTH == TEST { self.z.visible_regions(simd) } else { 0xffff }
+    fn depth(&self) -> Option<&BlockDepth<'_, S>> {
+        if DEPTH == TEST { Some(&self.z) } else { None }
     }
 
     #[inline(always)]

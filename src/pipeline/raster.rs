@@ -8,6 +8,7 @@
 use fearless_simd::{Simd, SimdBase, SimdFrom, SimdMask, i32x16, mask32x16};
 
 use super::bins::{Record, flag};
+use super::block_depth::BlockDepth;
 use super::texture::TILE;
 
 /// Takes the covered pixels of a record.
@@ -15,16 +16,28 @@ pub(super) trait BlockSink<S: Simd> {
     /// Whether a block without covered pixels costs less than a wrong guess about it, some twenty cycles.
     const TAKES_EMPTY: bool = false;
 
+    /// The record's depth, which rejects blocks where it is known to fail; `None` if it is not tested.
+    #[inline(always)]
+    fn depth(&self) -> Option<&BlockDepth<'_, S>> {
+        None
+    }
+
     /// Blocks of the region at pixel (rx, ry) in which a fragment may pass, bit = block.
     #[inline(always)]
-    fn visible_blocks(&self, _simd: S, _rx: i32, _ry: i32) -> u32 {
-        0xffff
+    fn visible_blocks(&self, simd: S, rx: i32, ry: i32) -> u32 {
+        match self.depth() {
+            Some(depth) => depth.visible_blocks(simd, rx, ry),
+            None => 0xffff,
+        }
     }
 
     /// Regions of the tile in which a fragment may pass, bit = region.
     #[inline(always)]
-    fn visible_regions(&self, _simd: S) -> u32 {
-        0xffff
+    fn visible_regions(&self, simd: S) -> u32 {
+        match self.depth() {
+            Some(depth) => depth.visible_regions(simd),
+            None => 0xffff,
+        }
     }
 
     /// The pixels in `mask` of the 4x4 block at pixel (bx, by) of the tile; not empty unless [`Self::TAKES_EMPTY`].
@@ -170,8 +183,8 @@ pub(super) fn walk<S: Simd, K: BlockSink<S>>(simd: S, record: &Record, sink: &mu
         return walk_region(simd, record, &edges, x0 & !15, y0 & !15, sink);
     }
     let (touched, inside) = edges.squares(simd, 4, 0, 0);
-    let mut full = touched & inside & sink.visible_regions(simd);
-    let mut part = touched & !inside & sink.visible_regions(simd);
+    let touched = touched & sink.visible_regions(simd);
+    let (mut full, mut part) = (touched & inside, touched & !inside);
     while let Some((rx, ry)) = next_square(&mut full, 16, 0, 0) {
         sink.region(simd, record, rx, ry);
     }

@@ -496,12 +496,8 @@ struct QueueSink<'w, 'a, 'b, S: Simd> {
 
 impl<S: Simd> BlockSink<S> for QueueSink<'_, '_, '_, S> {
     #[inline(always)]
-    fn visible_blocks(&self, simd: S, rx: i32, ry: i32) -> u32 {
-        self.depth.visible_blocks(simd, rx, ry)
-    }
-    #[inline(always)]
-    fn visible_regions(&self, simd: S) -> u32 {
-        self.depth.visible_regions(simd)
+    fn depth(&self) -> Option<&BlockDepth<'_, S>> {
+        Some(&self.depth)
     }
 
     #[inline(always)]
