@@ -197,24 +197,31 @@ impl SurfaceFragment {
         // Start with what lies straight behind the surface, or a metre down where that is dry.
         let mut pixel = camera.pixel(transform_point(&camera.clip_from_world, surface));
         let mut distance = Lanes::min(-(zero.like(1.0) / ray.y), zero.like(4.0));
-        let mut last_wet = pixel;
-        let mut ever_wet = zero.gt(zero);
+        // Where depth jumps the search has no fixed point and swings; of what it has seen, the point nearest to the ray is taken.
+        let mut best = pixel;
+        let mut best_distance = zero;
+        let mut best_miss = zero.like(f32::INFINITY);
         for step in 0..SEARCH_STEPS {
             let at = position_at(bindings, pixel);
             let point = v3(at.x, at.y, at.z);
             // What stands in the dry hides the water there; the ray goes on below it.
             let wet = at.w.gt(zero) & camera.under_water(point);
-            last_wet = V2::select(wet, pixel, last_wet);
-            ever_wet = ever_wet | wet;
-            let guess = (point - surface).length();
+            let to = point - surface;
+            let guess = to.length();
+            let beside = to - ray * to.dot(ray);
+            let miss = beside.dot(beside);
+            let better = wet & miss.lt(best_miss);
+            best = V2::select(better, pixel, best);
+            best_distance = L::select(better, guess, best_distance);
+            best_miss = L::select(better, miss, best_miss);
             // The plain iteration swings to and fro on walls seen edge-on; half a step does not.
             let next = if step == 0 { guess } else { (guess + distance) * 0.5 };
             distance = L::select(wet, next, distance);
             pixel = camera.pixel(camera.project(surface + ray * distance));
         }
         // Where the search meets nothing wet, the water is taken to be deep.
-        let distance = L::select(ever_wet, distance, zero.like(1.0e4));
-        Seen { radiance: radiance_at(bindings, camera, last_wet), distance }
+        let distance = L::select(best_miss.lt(zero.like(f32::INFINITY)), best_distance, zero.like(1.0e4));
+        Seen { radiance: radiance_at(bindings, camera, best), distance }
     }
 }
 

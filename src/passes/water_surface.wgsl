@@ -73,20 +73,27 @@ fn virtual_plane(surface: vec3<f32>) -> Seen {
 fn follow(surface: vec3<f32>, ray: vec3<f32>) -> Seen {
     var pixel = pixel_of(camera, camera.clip_from_world * vec4<f32>(surface, 1.0));
     var distance = min(-(1.0 / ray.y), 4.0);
-    var last_wet = pixel;
-    var ever_wet = false;
+    // Where depth jumps the search has no fixed point and swings; of what it has seen, the point nearest to the ray is taken.
+    var best = pixel;
+    var best_distance = 1.0e4;
+    var best_miss = 3.0e38;
     for (var step = 0; step < SEARCH_STEPS; step++) {
         let at = position_at(pixel);
         // What stands in the dry hides the water there; the ray goes on below it.
         if at.w > 0.0 && under_water(camera, at.xyz) {
-            last_wet = pixel;
-            ever_wet = true;
-            let guess = length(at.xyz - surface);
+            let to = at.xyz - surface;
+            let guess = length(to);
+            let beside = to - ray * dot(to, ray);
+            if dot(beside, beside) < best_miss {
+                best = pixel;
+                best_distance = guess;
+                best_miss = dot(beside, beside);
+            }
             distance = select((guess + distance) * 0.5, guess, step == 0);
         }
         pixel = pixel_of(camera, project(camera, surface + ray * distance));
     }
-    return Seen(radiance_at(last_wet), select(1.0e4, distance, ever_wet));
+    return Seen(radiance_at(best), best_distance);
 }
 
 // The surface seen by an eye under water: Snell's window, and the mirror around it.
