@@ -10,6 +10,7 @@
 //! - L3 [`frame`], [`scene`]
 //! - L4 [`passes`]
 //! - L5 [`caustics`]
+//! - L6 `gpu`, with the feature `wgpu`
 //! - L7 [`cli`]
 
 pub mod caustics;
@@ -17,6 +18,8 @@ pub mod caustics;
 pub mod cli;
 pub mod frame;
 pub mod geom;
+#[cfg(feature = "wgpu")]
+pub mod gpu;
 pub mod image;
 pub mod math;
 pub mod passes;

@@ -34,6 +34,20 @@ fn checked(read: Result<Mesh, MeshFileError>) -> Result<Mesh, MeshFileError> {
     read
 }
 
+/// What fuzzing started from and what it has found.
+#[test]
+fn corpora_of_the_fuzz_targets_give_a_mesh_or_an_error() {
+    let corpus = |format: &str| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(format);
+        let files = fs::read_dir(folder).expect("a corpus").map(|entry| fs::read(entry.expect("an entry").path()).expect("a file"));
+        files.collect::<Vec<_>>()
+    };
+    let meshes = corpus("ply").iter().filter(|bytes| read_ply(bytes).is_ok()).count()
+        + corpus("obj").iter().filter(|bytes| read_obj(bytes).is_ok()).count()
+        + corpus("gltf").iter().filter(|bytes| read_gltf(bytes).is_ok()).count();
+    assert!(meshes >= 6, "only {meshes} files gave a mesh");
+}
+
 fn message(read: Result<Mesh, MeshFileError>) -> String {
     read.expect_err("the file is broken").to_string()
 }

@@ -6,7 +6,7 @@ mod receivers;
 
 pub use receivers::{ReceiverGroup, Receivers};
 
-use crate::frame::{CpuExecutor, Frame, FrameError, FrameObserver};
+use crate::frame::{CpuExecutor, Executor, Frame, FrameError, FrameObserver};
 use crate::image::LayerSet;
 use crate::pipeline::{Device, DeviceError, DeviceOptions, PassOutput};
 use crate::scene::{Scene, SceneError};
@@ -146,7 +146,7 @@ pub struct Rendered {
 /// Renders frames of one scene. Keeps what does not change between them.
 pub struct Renderer {
     technique: &'static dyn Technique,
-    executor: CpuExecutor,
+    executor: Box<dyn Executor>,
     source: Box<dyn FrameSource>,
     layers: Option<Vec<String>>,
 }
@@ -161,13 +161,17 @@ pub fn technique(name: &str) -> Result<&'static dyn Technique, RenderError> {
 impl Renderer {
     /// Loads meshes and starts threads.
     pub fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, RenderError> {
-        let technique = technique(&options.technique)?;
         // Leave room for the resources under a tight limit: bins work in waves and need little.
         let mut device = options.device;
         device.bin_budget_bytes = device.bin_budget_bytes.min((options.memory_limit_bytes / 4) as usize);
-        let device = Device::new(device)?;
+        let executor = CpuExecutor::new(Device::new(device)?, options.memory_limit_bytes);
+        Self::with_executor(scene, options, Box::new(executor))
+    }
+
+    /// Loads meshes; frames run on the executor, whose device and memory limit are used instead of those of the options.
+    pub fn with_executor(scene: &Scene, options: &RenderOptions, executor: Box<dyn Executor>) -> Result<Self, RenderError> {
+        let technique = technique(&options.technique)?;
         let source = technique.prepare(scene)?;
-        let executor = CpuExecutor::new(device, options.memory_limit_bytes);
         Ok(Self { technique, executor, source, layers: options.layers.clone() })
     }
 

@@ -8,7 +8,7 @@ use anyhow::Context as _;
 use clap::{Subcommand, ValueHint};
 use serde::Serialize;
 
-use crate::cli::{output, renderer};
+use crate::cli::{drivers, output, renderer};
 
 /// Bytes of a scene file that are read for its first comment.
 const HEADER_BYTES: u64 = 4096;
@@ -38,6 +38,8 @@ enum What {
         #[arg(default_value = "scenes", value_hint = ValueHint::DirPath)]
         folder: PathBuf,
     },
+    /// Vulkan drivers, what they lack, and the rasterizer rules they are held to (in builds with the feature `wgpu`)
+    Adapters,
     /// Keys that `render --set KEY=VALUE` knows, with their defaults
     Settings,
 }
@@ -53,6 +55,9 @@ struct SceneLine {
 pub fn run(low: &LowArgs) -> anyhow::Result<()> {
     match &low.what {
         What::Techniques => print(low, &renderer::techniques(), |line| [line.name, line.summary, line.paper]),
+        What::Adapters => print(low, &drivers::adapters()?, |line| {
+            [line.name.as_str(), line.driver.as_str(), line.version.as_str(), line.kind.as_str(), line.rules, line.missing.as_str()]
+        }),
         What::Scenes { folder } => print(low, &scenes(folder)?, |line| [line.path.as_str(), line.summary.as_str()]),
         What::Settings => print(low, &renderer::settings(), |line| [line.key, line.default, line.unit, line.doc, line.allowed]),
     }

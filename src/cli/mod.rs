@@ -8,6 +8,7 @@
 //! Files are written whole or not at all, also when the program is interrupted.
 
 mod args;
+mod drivers;
 mod interrupt;
 mod list;
 mod output;

@@ -57,6 +57,14 @@ pub struct LowArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(args::MAX_THREADS)))]
     threads: Option<u16>,
 
+    /// Who draws: the software GPU, or a Vulkan driver (in builds with the feature `wgpu`)
+    #[arg(long, value_name = "KIND", default_value = "cpu")]
+    backend: Backend,
+
+    /// With --backend wgpu: part of the name of the adapter; `nephroid list adapters` shows them [default: the first of them]
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+
     /// Refuse to start a frame that needs more memory than this, in MiB
     #[arg(long, value_name = "MIB", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..))]
     memory_limit: u32,
@@ -68,6 +76,15 @@ pub struct LowArgs {
     /// Print counters and the energy audit as JSON
     #[arg(long)]
     json: bool,
+}
+
+/// Who draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Backend {
+    /// The software GPU
+    Cpu,
+    /// A Vulkan driver
+    Wgpu,
 }
 
 /// How light is counted.
@@ -113,6 +130,8 @@ struct Output {
 #[derive(Debug)]
 pub struct HiArgs {
     request: Request,
+    /// The driver to use, by name or any; `None` for the software GPU.
+    driver: Option<Option<String>>,
     outputs: Vec<Output>,
     /// Whether the folder of the outputs is ours to make.
     default_folder: bool,
@@ -144,7 +163,12 @@ impl HiArgs {
             let known: Vec<_> = renderer::techniques().iter().map(|technique| technique.name).collect();
             ensure!(known.contains(&name.as_str()), "there is no technique `{name}`; the techniques are: {}", known.join(", "));
         }
+        ensure!(
+            low.adapter.is_none() || low.backend == Backend::Wgpu,
+            "--adapter names a driver, but --backend cpu draws without one; add --backend wgpu"
+        );
         Ok(Self {
+            driver: (low.backend == Backend::Wgpu).then_some(low.adapter),
             request: Request {
                 scene: low.scene,
                 technique: low.technique,
@@ -228,7 +252,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<()> {
     let progress = Progress::new(1 + args.outputs.len() as u64);
     let rendering = pool.install(|| -> anyhow::Result<Rendering> {
         progress.step(format!("rendering {}", args.request.scene.display()));
-        let rendering = renderer::render(&args.request, &prepared)?;
+        let rendering = renderer::render(&args.request, &prepared, args.driver.as_ref().map(Option::as_deref))?;
         progress.done();
         for output in &args.outputs {
             progress.step(format!("writing {}", output.path.display()));

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::caustics::{self, RenderOptions, Renderer};
 use crate::cli::args::{ImageSize, Setting};
+use crate::cli::drivers;
 use crate::cli::render::Radiometry;
 use crate::image::{LayerSet, ToneMap};
 use crate::scene::{self, SETTINGS, Scene};
@@ -125,8 +126,8 @@ pub fn prepare(request: &Request) -> anyhow::Result<Prepared> {
     Ok(Prepared { technique, scene })
 }
 
-/// Renders, with as many threads as the current rayon pool has.
-pub fn render(request: &Request, prepared: &Prepared) -> anyhow::Result<Rendering> {
+/// Renders, with as many threads as the current rayon pool has; on a driver if one is asked for, by name or any.
+pub fn render(request: &Request, prepared: &Prepared, driver: Option<Option<&str>>) -> anyhow::Result<Rendering> {
     let Prepared { technique, scene } = prepared;
     let mut options = RenderOptions {
         technique: (*technique).to_owned(),
@@ -135,7 +136,11 @@ pub fn render(request: &Request, prepared: &Prepared) -> anyhow::Result<Renderin
         ..RenderOptions::default()
     };
     options.device.threads = Some(rayon::current_num_threads());
-    let rendered = Renderer::new(scene, &options)?.render(scene, None)?;
+    let mut renderer = match driver {
+        None => Renderer::new(scene, &options)?,
+        Some(name) => Renderer::with_executor(scene, &options, drivers::executor(name, options.device)?)?,
+    };
+    let rendered = renderer.render(scene, None)?;
     Ok(Rendering { technique, layers: rendered.layers, tone: tone_map(scene), counters: rendered.counters, audit: rendered.audit })
 }
 

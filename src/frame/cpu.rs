@@ -3,10 +3,11 @@
 use crate::pipeline::state::{PixelRect, Viewport};
 use crate::pipeline::{
     Binding, Bindings, Buffer, ColorAttachment, DepthStencilAttachment, Device, Draw, IndexBuffer, LoadOp, Observer, Pass, PassError,
-    PassOutput, PipelineError, RenderPipeline, Texture, TextureError, VertexBuffer, run_pass,
+    PassOutput, PipelineError, PrimitiveClass, RenderPipeline, RenderPipelineDescriptor, StreamOutTarget, Texture, TextureError,
+    VertexBuffer, run_pass,
 };
 
-use super::description::{BindEntry, Frame, FramePass, FrameTexture, Initial, TextureId, View};
+use super::description::{BindEntry, Frame, FrameDraw, FramePass, FrameTexture, Initial, TextureId};
 
 /// Least bin budget that a pass can work with.
 const MIN_BIN_BYTES: u64 = 8 << 20;
@@ -23,6 +24,9 @@ pub enum FrameError {
     /// A pass is not possible.
     #[error(transparent)]
     Pass(#[from] PassError),
+    /// Another executor cannot run it.
+    #[error("{0}")]
+    Backend(String),
     /// Something refers to what is not there.
     #[error("pass `{pass}`: {what}")]
     Reference {
@@ -73,7 +77,18 @@ impl FrameOutput<'_> {
     }
 }
 
-/// Runs frames. Keeps textures between frames of the same shape, because fresh pages cost more than drawing.
+/// Something that runs frames.
+pub trait Executor: Send {
+    /// Runs a frame from its initial contents to its last pass.
+    ///
+    /// # Errors
+    /// If the frame is not valid, too large, or asks for what the executor does not have; nothing has been drawn then.
+    fn run(&mut self, frame: &Frame, observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError>;
+    /// The software GPU: all of a CPU executor, elsewhere what runs the stages that the driver lacks.
+    fn device(&self) -> &Device;
+}
+
+/// Runs frames on the software GPU. Keeps textures between frames of the same shape, because fresh pages cost more than drawing.
 pub struct CpuExecutor {
     device: Device,
     memory_limit_bytes: u64,
@@ -87,29 +102,6 @@ impl CpuExecutor {
         Self { device, memory_limit_bytes, textures: Vec::new() }
     }
 
-    /// The device.
-    #[must_use]
-    pub fn device(&self) -> &Device {
-        &self.device
-    }
-
-    /// Runs a frame.
-    pub fn run(&mut self, frame: &Frame, mut observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError> {
-        self.check_memory(frame)?;
-        check_references(frame)?;
-        let pipelines = frame.pipelines.iter().map(|desc| RenderPipeline::new(desc.clone(), frame.rules)).collect::<Result<Vec<_>, _>>()?;
-        self.prepare_textures(frame)?;
-        let mut outputs = Vec::with_capacity(frame.passes.len());
-        for (index, pass) in frame.passes.iter().enumerate() {
-            let inside = observer.as_deref_mut().and_then(|o| o.pass_begin(index, pass));
-            let output = run_frame_pass(&self.device, frame, &pipelines, pass, &mut self.textures, inside)?;
-            if let Some(observer) = observer.as_deref_mut() {
-                observer.pass_end(index, pass, &self.textures, &output);
-            }
-            outputs.push(output);
-        }
-        Ok(FrameOutput { textures: &self.textures, passes: outputs })
-    }
 
     fn check_memory(&self, frame: &Frame) -> Result<(), FrameError> {
         let bins = (self.device.wave_bytes() as u64).max(MIN_BIN_BYTES);
@@ -147,6 +139,44 @@ impl CpuExecutor {
     }
 }
 
+impl Executor for CpuExecutor {
+    fn run(&mut self, frame: &Frame, mut observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError> {
+        self.check_memory(frame)?;
+        check_references(frame)?;
+        let pipelines = pipelines(frame)?;
+        self.prepare_textures(frame)?;
+        let mut outputs = Vec::with_capacity(frame.passes.len());
+        for (index, pass) in frame.passes.iter().enumerate() {
+            let inside = observer.as_deref_mut().and_then(|o| o.pass_begin(index, pass));
+            let output = run_frame_pass(&self.device, frame, &pipelines, pass, &mut self.textures, inside)?;
+            if let Some(observer) = observer.as_deref_mut() {
+                observer.pass_end(index, pass, &self.textures, &output);
+            }
+            outputs.push(output);
+        }
+        Ok(FrameOutput { textures: &self.textures, passes: outputs })
+    }
+
+    fn device(&self) -> &Device {
+        &self.device
+    }
+}
+
+/// The frame's pipelines, validated.
+pub fn pipelines(frame: &Frame) -> Result<Vec<RenderPipeline>, PipelineError> {
+    frame.pipelines.iter().map(|desc| RenderPipeline::new(desc.clone(), frame.rules)).collect()
+}
+
+/// The frame's textures as they are before the first pass.
+pub fn initial_textures(frame: &Frame) -> Result<Vec<Texture>, TextureError> {
+    let filled = |described: &FrameTexture| {
+        let mut texture = Texture::new(described.desc.clone())?;
+        fill_initial(&mut texture, described, false)?;
+        Ok(texture)
+    };
+    frame.textures.iter().map(filled).collect()
+}
+
 /// Puts a texture's initial contents in place; `stale` if it may hold an earlier frame.
 fn fill_initial(texture: &mut Texture, described: &FrameTexture, stale: bool) -> Result<(), TextureError> {
     match &described.initial {
@@ -172,7 +202,7 @@ fn fill_initial(texture: &mut Texture, described: &FrameTexture, stale: bool) ->
 }
 
 /// Whether the first thing that happens to a texture is that a pass clears all of it.
-fn is_cleared_first(frame: &Frame, id: TextureId, desc: &crate::pipeline::TextureDescriptor) -> bool {
+pub fn is_cleared_first(frame: &Frame, id: TextureId, desc: &crate::pipeline::TextureDescriptor) -> bool {
     if desc.mip_level_count > 1 || desc.depth_or_layers > 1 {
         return false;
     }
@@ -199,7 +229,7 @@ fn is_cleared_first(frame: &Frame, id: TextureId, desc: &crate::pipeline::Textur
 }
 
 /// Every number in the frame points at something.
-fn check_references(frame: &Frame) -> Result<(), FrameError> {
+pub fn check_references(frame: &Frame) -> Result<(), FrameError> {
     let fail = |pass: &str, what: String| Err(FrameError::Reference { pass: pass.to_owned(), what });
     for (number, group) in frame.bind_groups.iter().enumerate() {
         for entry in &group.entries {
@@ -214,7 +244,7 @@ fn check_references(frame: &Frame) -> Result<(), FrameError> {
         }
     }
     for pass in &frame.passes {
-        let views: Vec<View> = pass.color.iter().flatten().map(|t| t.view).chain(pass.depth.iter().map(|t| t.view)).collect();
+        let views = pass.attachments();
         for (i, view) in views.iter().enumerate() {
             let Some(texture) = frame.textures.get(view.texture.index()) else {
                 return fail(&pass.label, format!("attachment {i} names texture {}, which the frame does not have", view.texture.index()));
@@ -258,7 +288,8 @@ fn check_references(frame: &Frame) -> Result<(), FrameError> {
     Ok(())
 }
 
-fn run_frame_pass(
+/// Runs one pass on textures as they are. [`check_references`] must have passed.
+pub fn run_frame_pass(
     device: &Device,
     frame: &Frame,
     pipelines: &[RenderPipeline],
@@ -266,11 +297,8 @@ fn run_frame_pass(
     textures: &mut [Texture],
     observer: Option<&mut dyn Observer>,
 ) -> Result<PassOutput, FrameError> {
-    let views: Vec<View> = pass.color.iter().flatten().map(|t| t.view).chain(pass.depth.iter().map(|t| t.view)).collect();
-    let size = views.first().map_or((1, 1), |view| {
-        let size = frame.textures[view.texture.index()].desc.level_size(view.level);
-        (size.0, size.1)
-    });
+    let views = pass.attachments();
+    let size = target_size(frame, pass);
     // Attachments are lent out mutably, all other textures shared.
     let mut attached: Vec<Option<&mut Texture>> = views.iter().map(|_| None).collect();
     let mut shared: Vec<Option<&Texture>> = Vec::with_capacity(textures.len());
@@ -285,31 +313,12 @@ fn run_frame_pass(
     }
     let groups: Vec<Vec<Binding<'_>>> =
         frame.bind_groups.iter().map(|group| group.entries.iter().map_while(|entry| resolve(frame, entry, &shared)).collect()).collect();
-    let mut vertex_buffers: Vec<VertexBuffer<'_>> = Vec::new();
-    let mut vertex_ranges = Vec::with_capacity(pass.draws.len());
-    for draw in &pass.draws {
-        let start = vertex_buffers.len();
-        vertex_buffers.extend(draw.vertex_buffers.iter().map(|(id, offset)| VertexBuffer { buffer: data(frame, *id), offset: *offset }));
-        vertex_ranges.push(start..vertex_buffers.len());
-    }
-    let draws = pass
-        .draws
-        .iter()
-        .zip(vertex_ranges)
-        .map(|(draw, range)| Draw {
-            pipeline: &pipelines[draw.pipeline.index()],
-            bindings: Bindings::new(&groups[draw.bind_group.index()], draw.dynamic_offset as usize),
-            vertex_buffers: &vertex_buffers[range],
-            index: draw.index.map(|i| IndexBuffer { buffer: data(frame, i.buffer), format: i.format, offset: 0 }),
-            elements: draw.elements.clone(),
-            base_vertex: draw.base_vertex,
-            instances: draw.instances.clone(),
-            viewport: draw.viewport.unwrap_or_else(|| Viewport::full(size.0, size.1)),
-            scissor: draw.scissor.unwrap_or_else(|| PixelRect::full(size.0, size.1)),
-            stencil_reference: draw.stencil_reference,
-            blend_constant: draw.blend_constant,
-            query: draw.query,
-            stream_out: None,
+    let vertex_buffers: Vec<Vec<VertexBuffer<'_>>> = pass.draws.iter().map(|draw| vertex_buffers(frame, draw)).collect();
+    let draws = pass.draws.iter().zip(&vertex_buffers);
+    let draws = draws
+        .map(|(draw, buffers)| {
+            let bindings = Bindings::new(&groups[draw.bind_group.index()], draw.dynamic_offset as usize);
+            resolve_draw(frame, draw, &pipelines[draw.pipeline.index()], bindings, buffers, size)
         })
         .collect();
     let mut lent = attached.into_iter();
@@ -332,6 +341,71 @@ fn run_frame_pass(
     });
     let mut run = Pass { label: pass.label.clone(), color, depth_stencil, draws, query_count: pass.query_count, stream_out: Vec::new() };
     Ok(run_pass(device, &mut run, observer)?)
+}
+
+/// Width and height of a pass's attachments.
+pub fn target_size(frame: &Frame, pass: &FramePass) -> (u32, u32) {
+    pass.attachments().first().map_or((1, 1), |view| {
+        let size = frame.textures[view.texture.index()].desc.level_size(view.level);
+        (size.0, size.1)
+    })
+}
+
+/// Runs the vertex and geometry stages of one draw and returns its primitives. Textures that the draw's pass draws to are not read.
+pub fn stream_draw(
+    device: &Device,
+    frame: &Frame,
+    pass: &FramePass,
+    draw: &FrameDraw,
+    textures: &[Texture],
+) -> Result<(PrimitiveClass, StreamOutTarget), FrameError> {
+    let described = &frame.pipelines[draw.pipeline.index()];
+    let streamed =
+        RenderPipelineDescriptor { targets: Vec::new(), depth_stencil: None, rasterizer_discard: true, ..described.clone() };
+    let pipeline = RenderPipeline::new(streamed, frame.rules)?;
+    let shared: Vec<Option<&Texture>> = textures.iter().map(Some).collect();
+    let entries = &frame.bind_groups[draw.bind_group.index()].entries;
+    let group: Vec<Binding<'_>> = entries.iter().map_while(|entry| resolve(frame, entry, &shared)).collect();
+    let bindings = Bindings::new(&group, draw.dynamic_offset as usize);
+    let buffers = vertex_buffers(frame, draw);
+    let resolved = Draw {
+        query: None,
+        stream_out: Some(0),
+        // There is no target to be inside of.
+        scissor: PixelRect::full(1, 1),
+        ..resolve_draw(frame, draw, &pipeline, bindings, &buffers, target_size(frame, pass))
+    };
+    let target = StreamOutTarget { capacity: usize::MAX, ..StreamOutTarget::default() };
+    let mut run = Pass { label: pass.label.clone(), draws: vec![resolved], stream_out: vec![target], ..Pass::default() };
+    run_pass(device, &mut run, None)?;
+    Ok((pipeline.rasterized(), run.stream_out.swap_remove(0)))
+}
+
+fn vertex_buffers<'a>(frame: &'a Frame, draw: &FrameDraw) -> Vec<VertexBuffer<'a>> {
+    draw.vertex_buffers.iter().map(|(id, offset)| VertexBuffer { buffer: data(frame, *id), offset: *offset }).collect()
+}
+
+/// A frame's draw as the pipeline takes it, to a target of this size.
+fn resolve_draw<'a>(
+    frame: &'a Frame,
+    draw: &FrameDraw,
+    pipeline: &'a RenderPipeline,
+    bindings: Bindings<'a>,
+    vertex_buffers: &'a [VertexBuffer<'a>],
+    size: (u32, u32),
+) -> Draw<'a> {
+    Draw {
+        vertex_buffers,
+        index: draw.index.map(|i| IndexBuffer { buffer: data(frame, i.buffer), format: i.format, offset: 0 }),
+        base_vertex: draw.base_vertex,
+        instances: draw.instances.clone(),
+        viewport: draw.viewport.unwrap_or_else(|| Viewport::full(size.0, size.1)),
+        scissor: draw.scissor.unwrap_or_else(|| PixelRect::full(size.0, size.1)),
+        stencil_reference: draw.stencil_reference,
+        blend_constant: draw.blend_constant,
+        query: draw.query,
+        ..Draw::new(pipeline, bindings, draw.elements.clone(), size)
+    }
 }
 
 fn data(frame: &Frame, id: super::description::BufferId) -> &Buffer {

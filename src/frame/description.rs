@@ -208,6 +208,14 @@ pub struct FramePass {
     pub query_count: usize,
 }
 
+impl FramePass {
+    /// What is drawn to: colour attachments in order, then depth-stencil.
+    #[must_use]
+    pub fn attachments(&self) -> Vec<View> {
+        self.color.iter().flatten().map(|t| t.view).chain(self.depth.iter().map(|t| t.view)).collect()
+    }
+}
+
 /// Named resources and an ordered list of passes.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {

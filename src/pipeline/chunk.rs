@@ -39,6 +39,15 @@ pub(super) struct ChunkContext<'a> {
     pub tile_count: usize,
 }
 
+/// What a part streamed out.
+pub(super) struct Streamed {
+    pub draw: u32,
+    /// Its vertices as floats.
+    pub data: Vec<f32>,
+    /// If they are points: their sizes.
+    pub sizes: Vec<f32>,
+}
+
 /// What a chunk hands to the tiles, and its own scratch. Kept between frames, because fresh pages are dear.
 #[derive(Default)]
 pub(super) struct ChunkOutput {
@@ -46,8 +55,8 @@ pub(super) struct ChunkOutput {
     pub attributes: Vec<PrimitiveAttributes>,
     pub varyings: Vec<f32>,
     pub statistics: PipelineStatistics,
-    /// Streamed primitives in order: the draw, then its vertices as floats.
-    pub stream: Vec<(u32, Vec<f32>)>,
+    /// Streamed primitives in order.
+    pub stream: Vec<Streamed>,
     /// Records made so far.
     pub sequence: u32,
     scratch: Scratch,
@@ -317,15 +326,11 @@ fn run_geometry_stage(
     std::mem::swap(&mut scratch.varyings, &mut scratch.emitted_varyings);
 }
 
-/// Appends the part's primitives as position and varyings per vertex.
+/// Appends the part's primitives, vertex by vertex.
 fn stream_out(pipeline: &RenderPipeline, draw: u32, scratch: &Scratch, out: &mut ChunkOutput) {
     let scalars = pipeline.interpolation.len();
-    let corners = match pipeline.rasterized {
-        PrimitiveClass::Points => 1,
-        PrimitiveClass::Lines => 2,
-        PrimitiveClass::Triangles => 3,
-    };
-    let mut data = Vec::with_capacity(scratch.primitives.len() * corners * (4 + scalars));
+    let corners = pipeline.rasterized.corners();
+    let mut data = Vec::with_capacity(scratch.primitives.len() * corners * pipeline.stream_floats());
     for primitive in &scratch.primitives {
         for &vertex in &primitive[..corners] {
             let v = vertex as usize;
@@ -333,5 +338,9 @@ fn stream_out(pipeline: &RenderPipeline, draw: u32, scratch: &Scratch, out: &mut
             data.extend_from_slice(&scratch.varyings[v * scalars..(v + 1) * scalars]);
         }
     }
-    out.stream.push((draw, data));
+    let sizes = match pipeline.rasterized {
+        PrimitiveClass::Points => scratch.primitives.iter().map(|p| scratch.clip.point_size(p[0] as usize)).collect(),
+        _ => Vec::new(),
+    };
+    out.stream.push(Streamed { draw, data, sizes });
 }

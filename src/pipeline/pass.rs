@@ -13,12 +13,12 @@ pub use wgpu_types::LoadOp;
 
 use super::assemble::{Assembly, IndexBuffer};
 use super::bindings::Bindings;
-use super::chunk::{ChunkContext, ChunkOutput, Part, process_chunk};
+use super::chunk::{ChunkContext, ChunkOutput, Part, Streamed, process_chunk};
 use super::fetch::VertexBuffer;
 use super::format::{ChannelKind, Quantizer, format_info, quantize_depth};
 use super::observer::{Observer, reborrow};
 pub use super::pass_check::PassError;
-use super::render_pipeline::{PrimitiveClass, RenderPipeline};
+use super::render_pipeline::RenderPipeline;
 use super::shader::{Execution, ShaderWidth};
 use super::state::{Color, MAX_COLOR_TARGETS, PixelRect, TextureFormat, Viewport};
 use super::statistics::{PipelineStatistics, StreamOutStatistics};
@@ -204,6 +204,8 @@ pub struct DepthStencilAttachment<'a> {
 pub struct StreamOutTarget {
     /// Per vertex: clip position (4), then the varyings' scalars.
     pub data: Vec<f32>,
+    /// Sizes in pixels of the points among the primitives.
+    pub point_sizes: Vec<f32>,
     /// Most floats that `data` may have; later primitives are counted but not written.
     pub capacity: usize,
 }
@@ -399,15 +401,10 @@ fn plan(draws: &[Draw<'_>], assemblies: &[Assembly]) -> (Vec<Part>, Vec<Range<us
 
 /// Appends a chunk's streamed primitives, whole ones only, until a target is full.
 fn append_stream_out(draws: &[Draw<'_>], targets: &mut [StreamOutTarget], statistics: &mut [StreamOutStatistics], chunk: &ChunkOutput) {
-    for (draw, data) in &chunk.stream {
+    for Streamed { draw, data, sizes } in &chunk.stream {
         let draw = &draws[*draw as usize];
         let Some(index) = draw.stream_out.map(|t| t as usize) else { continue };
-        let corners = match draw.pipeline.rasterized {
-            PrimitiveClass::Points => 1,
-            PrimitiveClass::Lines => 2,
-            PrimitiveClass::Triangles => 3,
-        };
-        let floats = corners * (4 + draw.pipeline.interpolation.len());
+        let floats = draw.pipeline.rasterized.corners() * draw.pipeline.stream_floats();
         let target = &mut targets[index];
         let needed = data.len() / floats;
         let room = target.capacity.saturating_sub(target.data.len()) / floats;
@@ -415,6 +412,7 @@ fn append_stream_out(draws: &[Draw<'_>], targets: &mut [StreamOutTarget], statis
         let full = statistics[index].primitives_written < statistics[index].primitive_storage_needed;
         let written = if full { 0 } else { needed.min(room) };
         target.data.extend_from_slice(&data[..written * floats]);
+        target.point_sizes.extend(sizes.iter().take(written));
         statistics[index].primitives_written += written as u64;
         statistics[index].primitive_storage_needed += needed as u64;
     }

@@ -95,6 +95,18 @@ pub enum PrimitiveClass {
     Triangles,
 }
 
+impl PrimitiveClass {
+    /// Vertices of a primitive.
+    #[must_use]
+    pub fn corners(self) -> usize {
+        match self {
+            Self::Points => 1,
+            Self::Lines => 2,
+            Self::Triangles => 3,
+        }
+    }
+}
+
 /// Depth and stencil state, resolved.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DepthPlan {
@@ -264,6 +276,16 @@ impl RenderPipeline {
     #[must_use]
     pub fn desc(&self) -> &RenderPipelineDescriptor {
         &self.desc
+    }
+    /// Points, lines or triangles, after the geometry stage.
+    #[must_use]
+    pub fn rasterized(&self) -> PrimitiveClass {
+        self.rasterized
+    }
+    /// Floats per vertex that stream-out writes, see [`super::StreamOutTarget`].
+    #[must_use]
+    pub fn stream_floats(&self) -> usize {
+        4 + self.interpolation.len()
     }
     /// The rules it rasterizes by.
     #[must_use]

@@ -255,6 +255,14 @@ impl Surface {
         self.stencil.get(((y >> 6) * self.tiles_x + (x >> 6)) * TILE_PIXELS + offset_in_tile(x, y)).copied().unwrap_or(0)
     }
 
+    /// Writes the stencil value of a texel inside the surface; nothing where there is no stencil plane.
+    pub fn set_stencil(&mut self, x: u32, y: u32, value: u8) {
+        let (x, y) = (x as usize, y as usize);
+        if let Some(slot) = self.stencil.get_mut(((y >> 6) * self.tiles_x + (x >> 6)) * TILE_PIXELS + offset_in_tile(x, y)) {
+            *slot = value;
+        }
+    }
+
     /// The 16 numbers of one channel of the 4x4 block that holds texel (x, y).
     #[inline(always)]
     #[must_use]

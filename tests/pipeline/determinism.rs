@@ -277,7 +277,7 @@ impl Recipe {
         canvas.clear_depth = 0.9;
         canvas.clear_stencil = 5;
         canvas.queries = 2;
-        canvas.stream_out = vec![StreamOutTarget { data: Vec::new(), capacity: 3_000 }];
+        canvas.stream_out = vec![StreamOutTarget { capacity: 3_000, ..StreamOutTarget::default() }];
         let draws = (0..6u32).map(|i| {
             let index = self.indexed.then_some(IndexBuffer { buffer: &world.indices, format: IndexFormat::Uint32, offset: 0 });
             Draw {

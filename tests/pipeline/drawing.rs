@@ -274,7 +274,7 @@ fn draw_arguments() {
                                     IndexBuffer { buffer, format, offset: offset_indices * format.byte_size() as usize }
                                 });
                                 let mut canvas = Canvas::new((1, 1), &[], None);
-                                canvas.stream_out = vec![StreamOutTarget { data: Vec::new(), capacity: 10_000 }];
+                                canvas.stream_out = vec![StreamOutTarget { capacity: 10_000, ..StreamOutTarget::default() }];
                                 let draw = Draw {
                                     index,
                                     base_vertex,
@@ -328,7 +328,7 @@ fn fetch(layouts: Vec<VertexBufferLayout>, buffers: &[(&Buffer, usize)], locatio
     for device in [device(), scalar_device()] {
         let bound: Vec<VertexBuffer<'_>> = buffers.iter().map(|&(buffer, offset)| VertexBuffer { buffer, offset }).collect();
         let mut canvas = Canvas::new((1, 1), &[], None);
-        canvas.stream_out = vec![StreamOutTarget { data: Vec::new(), capacity: 1 << 20 }];
+        canvas.stream_out = vec![StreamOutTarget { capacity: 1 << 20, ..StreamOutTarget::default() }];
         let mut draw = Draw { vertex_buffers: &bound, stream_out: Some(0), ..Draw::new(&pipeline, Bindings::new(&[], 0), 0..1, (1, 1)) };
         edit(&mut draw);
         canvas.run_on(device, vec![draw], None);

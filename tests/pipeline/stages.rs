@@ -42,7 +42,7 @@ fn stream(device: &Device, program: Program, topology: PrimitiveTopology, vertic
     let vertices = Vertices::new(vertices);
     let entries = vertices.entries();
     let mut canvas = Canvas::new((1, 1), &[], None);
-    canvas.stream_out = vec![StreamOutTarget { data: Vec::new(), capacity }];
+    canvas.stream_out = vec![StreamOutTarget { capacity, ..StreamOutTarget::default() }];
     let draw = Draw { stream_out: Some(0), ..Draw::new(&pipeline, Bindings::new(&entries, 0), 0..vertices.count, (1, 1)) };
     let output = canvas.run_on(device, vec![draw], None);
     let counts = output.stream_out[0];
@@ -102,7 +102,7 @@ fn stream_out_appends_and_stays_full() {
     let draw = |pipeline, elements| Draw { stream_out: Some(0), ..Draw::new(pipeline, Bindings::new(&entries, 0), elements, (1, 1)) };
     let mut canvas = Canvas::new((1, 1), &[], None);
     // Two points and one triangle fit; the second triangle does not, and after that the points would, but must not.
-    canvas.stream_out = vec![StreamOutTarget { data: Vec::new(), capacity: 16 + 24 + 16 }];
+    canvas.stream_out = vec![StreamOutTarget { capacity: 16 + 24 + 16, ..StreamOutTarget::default() }];
     let output = canvas.run(vec![draw(&points, 0..2), draw(&triangles, 0..6), draw(&points, 3..5)]);
     assert_eq!(ids(&canvas.stream_out[0].data), [0, 1, 0, 1, 2]);
     assert_eq!((output.stream_out[0].primitives_written, output.stream_out[0].primitive_storage_needed), (3, 6));

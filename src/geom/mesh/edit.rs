@@ -1,8 +1,8 @@
 //! Moving, joining and tidying meshes.
 
-use glam::{Mat3, Mat4, Vec3};
+use glam::{Mat3, Mat4};
 
-use super::Mesh;
+use super::{Mesh, normals::normal_along};
 
 /// A `Mesh` is refused beyond this many vertices: an index has 32 bits.
 pub(crate) const MAX_VERTEX_COUNT: usize = u32::MAX as usize;
@@ -28,7 +28,7 @@ impl Mesh {
         let normals = normal_matrix(linear);
         let mut mesh = Self {
             positions: self.positions.iter().map(|&p| world_from_object.transform_point3(p)).collect(),
-            normals: self.normals.iter().map(|&n| (normals * n).normalize_or(Vec3::Y)).collect(),
+            normals: self.normals.iter().map(|&n| normal_along(normals * n)).collect(),
             uvs: self.uvs.clone(),
             indices: self.indices.clone(),
         };

@@ -12,6 +12,7 @@ mod validate;
 
 use glam::{Vec2, Vec3};
 
+pub(crate) use normals::direction;
 pub use topology::EdgeReport;
 pub use validate::MeshError;
 

@@ -10,17 +10,36 @@ use super::{
 /// The normal of a vertex no triangle with an area uses.
 const FALLBACK_NORMAL: Vec3 = Vec3::Y;
 
+/// The unit vector along `v`; zero if `v` is zero or not finite.
+///
+/// Scaled to about 1 first, by a power of two: the square of a small component would be rounded as a denormal, or away, and that of a
+/// large one overflow.
+pub(crate) fn direction(v: Vec3) -> Vec3 {
+    let largest = v.abs().max_element();
+    if !(v.is_finite() && largest > 0.0) {
+        return Vec3::ZERO;
+    }
+    let exponent = libm::ilogbf(largest);
+    Vec3::from_array(v.to_array().map(|c| libm::scalbnf(c, -exponent))).normalize()
+}
+
+/// The unit vector along `v`, or [`FALLBACK_NORMAL`] if it has none.
+pub(super) fn normal_along(v: Vec3) -> Vec3 {
+    let unit = direction(v);
+    if unit == Vec3::ZERO { FALLBACK_NORMAL } else { unit }
+}
+
 /// Unit normal of a triangle; zero if it has no area.
 pub(super) fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     // Scaled first, so that neither a millimetre mesh nor a planet leaves the range of f32 in the cross product.
     let (ab, ac) = (b - a, c - a);
     let scale = ab.abs().max(ac.abs()).max_element();
-    if scale > 0.0 && scale.is_finite() { (ab / scale).cross(ac / scale).normalize_or_zero() } else { Vec3::ZERO }
+    if scale > 0.0 && scale.is_finite() { direction((ab / scale).cross(ac / scale)) } else { Vec3::ZERO }
 }
 
 /// Angle at corner `a` in radians, 0..=π.
 fn corner_angle([a, b, c]: [Vec3; 3]) -> f32 {
-    let (ab, ac) = ((b - a).normalize_or_zero(), (c - a).normalize_or_zero());
+    let (ab, ac) = (direction(b - a), direction(c - a));
     libm::atan2f(ab.cross(ac).length(), ab.dot(ac))
 }
 
@@ -47,7 +66,7 @@ impl Mesh {
             }
         }
         self.normals.clear();
-        self.normals.extend(places.iter().map(|&place| sums[place as usize].normalize_or(FALLBACK_NORMAL)));
+        self.normals.extend(places.iter().map(|&place| normal_along(sums[place as usize])));
     }
 
     /// Replaces the normals by ones that are smooth except across creases: edges at which the surface turns by more than `angle_rad`.
@@ -94,7 +113,7 @@ impl Mesh {
         let mut mesh = Self { indices: vec![0; self.indices.len()], ..Self::default() };
         for run in corners.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
             let old = run[0].0 as usize;
-            let normal = sums[run[0].1 as usize].normalize_or(FALLBACK_NORMAL);
+            let normal = normal_along(sums[run[0].1 as usize]);
             let vertex = mesh.push_vertex(self.positions[old], normal, self.uvs.get(old).copied());
             for &(_, _, corner) in run {
                 mesh.indices[corner as usize] = vertex;
@@ -109,7 +128,7 @@ impl Mesh {
     pub fn flat_normals(&mut self) {
         let mut mesh = Self::default();
         for triangle in self.triangles() {
-            let normal = face_normal(self.corners(triangle)).normalize_or(FALLBACK_NORMAL);
+            let normal = normal_along(face_normal(self.corners(triangle)));
             for old in triangle {
                 let vertex = mesh.push_vertex(self.positions[old as usize], normal, self.uvs.get(old as usize).copied());
                 mesh.indices.push(vertex);

@@ -209,3 +209,18 @@ fn tessellation_refuses_what_it_cannot_hold() {
     assert!(matches!(cube().tessellated(f32::NAN, 1000), Err(TessellateError::EdgeLength { .. })));
     assert_eq!(cube().tessellated(1e-3, 1000), Err(TessellateError::TooManyTriangles { max_triangles: 1000 }));
 }
+
+#[test]
+fn directions_are_unit_at_every_scale() {
+    for exponent in -149..=127 {
+        let scale = libm::exp2f(exponent as f32);
+        for v in [Vec3::new(1.0, 0.0, 0.0), Vec3::new(1.0, -1.0, 1.0), Vec3::new(0.6, 0.0, 0.8) * 1.5] {
+            let unit = direction(v * scale);
+            // The smallest numbers have few digits left, so what is asked is a unit vector along what they say.
+            assert!((unit.length() - 1.0).abs() < 1e-6, "{v} * 2^{exponent}: {unit}");
+        }
+    }
+    for none in [Vec3::ZERO, Vec3::NAN, Vec3::new(f32::INFINITY, 0.0, 1.0)] {
+        assert_eq!(direction(none), Vec3::ZERO);
+    }
+}

@@ -28,7 +28,7 @@ use std::{
 
 use glam::Vec3;
 
-use crate::geom::Mesh;
+use crate::geom::{Mesh, direction};
 
 use error::Fault;
 pub use error::{MeshFileError, MeshFileProblem, Place};
@@ -108,9 +108,8 @@ fn finish(mut mesh: Mesh) -> Result<Mesh, Fault> {
     mesh.compact();
     let mut missing = 0_usize;
     for n in &mut mesh.normals {
-        // Only direction counts; scaled first, as lengths may be far from 1.
-        let scale = n.abs().max_element();
-        *n = if scale.is_finite() && n.is_finite() && scale > 0.0 { (*n / scale).normalize_or_zero() } else { Vec3::ZERO };
+        // Only direction counts: lengths may be far from 1.
+        *n = direction(*n);
         missing += usize::from(*n == Vec3::ZERO);
     }
     if missing > 0 {

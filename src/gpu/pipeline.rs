@@ -1,0 +1,130 @@
+//! A frame's pipelines on a device.
+
+use super::device::Gpu;
+use super::twin::{TextureUse, Twin, VertexSource};
+use super::GpuError;
+use crate::pipeline::RenderPipelineDescriptor;
+use crate::pipeline::state::{
+    BlendComponent, BlendFactor, BlendOperation, BlendState, ColorTargetState, ColorWrites, FrontFace, PrimitiveTopology, TextureFormat,
+};
+
+/// Format of the targets that count fragments: one query per channel.
+pub(super) const COUNTER_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
+
+/// One way in which a pipeline of a frame is drawn with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Variant {
+    pub vertices: VertexSource,
+    /// Of pulled vertices: 1 points, 2 lines, 3 triangles; 0 if the pipeline's own topology holds.
+    pub corners: u8,
+    /// Targets of the pass that count fragments.
+    pub counters: u32,
+    /// The query that this draw counts for.
+    pub query: Option<u32>,
+}
+
+/// A pipeline on a device.
+#[derive(Debug)]
+pub(super) struct Compiled {
+    pub pipeline: wgpu::RenderPipeline,
+    /// Bindings of group 0 that it uses.
+    pub bindings: Vec<(u32, Option<TextureUse>)>,
+}
+
+impl Compiled {
+    pub fn new(gpu: &Gpu, desc: &RenderPipelineDescriptor, variant: Variant) -> Result<Self, GpuError> {
+        require_features(gpu, desc)?;
+        let first_counter = desc.targets.len() as u32;
+        let counter = variant.query.map(|query| first_counter + query / 4);
+        let has_targets = desc.targets.iter().any(Option::is_some);
+        let twin = Twin::new(&desc.program, variant.vertices, has_targets, counter)?;
+        let mut targets = desc.targets.clone();
+        targets.extend((0..variant.counters).map(|k| Some(counter_target(variant.query, k))));
+        let mut primitive = desc.primitive;
+        if variant.corners != 0 {
+            primitive.strip_index_format = None;
+            primitive.topology = match variant.corners {
+                1 => PrimitiveTopology::PointList,
+                2 => PrimitiveTopology::LineList,
+                _ => PrimitiveTopology::TriangleList,
+            };
+        }
+        // Sprites and wide lines have no back, whatever their triangles are.
+        if variant.corners == 3 && !draws_triangles(desc) {
+            primitive.cull_mode = None;
+            primitive.front_face = FrontFace::Ccw;
+        }
+        let options = wgpu::PipelineCompilationOptions { constants: &desc.program.wgsl_constants, ..Default::default() };
+        let layouts: Vec<_> = match variant.vertices {
+            VertexSource::Pulled { .. } => Vec::new(),
+            VertexSource::Shaded => desc
+                .vertex_buffers
+                .iter()
+                .map(|l| Some(wgpu::VertexBufferLayout { array_stride: l.array_stride, step_mode: l.step_mode, attributes: &l.attributes }))
+                .collect(),
+        };
+        let pipeline = gpu.checked(&format!("making pipeline `{}`", desc.label), || {
+            let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(desc.program.name),
+                source: wgpu::ShaderSource::Wgsl(twin.source.as_str().into()),
+            });
+            gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(&desc.label),
+                layout: None,
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some(twin.vertex_entry),
+                    compilation_options: options.clone(),
+                    buffers: &layouts,
+                },
+                primitive,
+                depth_stencil: desc.depth_stencil.clone(),
+                multisample: wgpu::MultisampleState::default(),
+                fragment: twin.fragment_entry.map(|entry| wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some(entry),
+                    compilation_options: options.clone(),
+                    targets: &targets,
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        })?;
+        Ok(Self { pipeline, bindings: twin.bindings })
+    }
+}
+
+fn draws_triangles(desc: &RenderPipelineDescriptor) -> bool {
+    use crate::pipeline::state::GeometryTopology;
+    match &desc.program.geometry {
+        Some(geometry) => geometry.output == GeometryTopology::TriangleStrip,
+        None => desc.primitive.topology.is_triangles(),
+    }
+}
+
+/// Counter target `k`: adds one in the channel of the query, nothing elsewhere.
+fn counter_target(query: Option<u32>, k: u32) -> ColorTargetState {
+    let add = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
+    let write_mask = match query {
+        Some(query) if query / 4 == k => ColorWrites::from_bits_truncate(1 << (query % 4)),
+        _ => ColorWrites::empty(),
+    };
+    ColorTargetState { format: COUNTER_FORMAT, blend: Some(BlendState { color: add, alpha: add }), write_mask }
+}
+
+fn require_features(gpu: &Gpu, desc: &RenderPipelineDescriptor) -> Result<(), GpuError> {
+    for target in desc.targets.iter().flatten() {
+        let Some(blend) = target.blend else { continue };
+        if matches!(target.format, TextureFormat::R32Float | TextureFormat::Rg32Float | TextureFormat::Rgba32Float) {
+            gpu.require(wgpu::Features::FLOAT32_BLENDABLE, &desc.label)?;
+        }
+        let factors = [blend.color.src_factor, blend.color.dst_factor, blend.alpha.src_factor, blend.alpha.dst_factor];
+        if factors.iter().any(BlendFactor::ref_second_blend_source) {
+            gpu.require(wgpu::Features::DUAL_SOURCE_BLENDING, &desc.label)?;
+        }
+    }
+    if desc.primitive.unclipped_depth {
+        gpu.require(wgpu::Features::DEPTH_CLIP_CONTROL, &desc.label)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,126 @@
+//! What WebGPU cannot draw, as triangles, lines and points that it can: the vertex and geometry stages run on the software GPU, sprites
+//! and wide lines become triangles, and the driver pulls finished vertices from a buffer.
+
+use crate::frame::{Frame, FrameDraw, FrameError, FramePass, cpu::stream_draw, cpu::target_size};
+use crate::pipeline::shader::flatten_varyings;
+use crate::pipeline::state::{ClipVolume, PrimitiveTopology, Viewport};
+use crate::pipeline::{Device, MAX_POINT_SIZE, PrimitiveClass, Texture};
+
+/// Finished vertices of a draw.
+#[derive(Debug)]
+pub(super) struct Pulled {
+    /// Lists only.
+    pub topology: PrimitiveTopology,
+    /// Whether the place inside a sprite follows the varyings.
+    pub point_coord: bool,
+    /// Floats per vertex: clip position (4), varyings, place inside a sprite (2).
+    pub stride: usize,
+    /// The vertices.
+    pub data: Vec<f32>,
+}
+
+/// Whether a driver cannot draw this by itself: there is a geometry stage, a sprite that is told its own coordinates, or a wide line.
+pub(super) fn must_be_pulled(frame: &Frame, draw: &FrameDraw) -> bool {
+    let desc = &frame.pipelines[draw.pipeline.index()];
+    let lines = matches!(desc.primitive.topology, PrimitiveTopology::LineList | PrimitiveTopology::LineStrip);
+    // A vertex shader may give points any size, which its twin has no way to say.
+    let points = desc.primitive.topology == PrimitiveTopology::PointList;
+    desc.program.geometry.is_some() || points || (lines && desc.line_width != 1.0)
+}
+
+/// The finished vertices of a draw.
+pub(super) fn pull(
+    device: &Device,
+    frame: &Frame,
+    pass: &FramePass,
+    draw: &FrameDraw,
+    textures: &[Texture],
+) -> Result<Pulled, FrameError> {
+    let (class, stream) = stream_draw(device, frame, pass, draw, textures)?;
+    let desc = &frame.pipelines[draw.pipeline.index()];
+    let floats = 4 + flatten_varyings(&desc.program.varyings).len();
+    let size = target_size(frame, pass);
+    let viewport = draw.viewport.unwrap_or_else(|| Viewport::full(size.0, size.1));
+    let per_pixel = [2.0 / viewport.width, 2.0 / viewport.height];
+    let uses_point_coord = desc.program.wgsl.is_some_and(|source| source.contains("point_coord"));
+    let as_they_are = |topology| Pulled { topology, point_coord: false, stride: floats, data: Vec::new() };
+    Ok(match class {
+        PrimitiveClass::Triangles => Pulled { data: stream.data, ..as_they_are(PrimitiveTopology::TriangleList) },
+        PrimitiveClass::Points if !uses_point_coord && stream.point_sizes.iter().all(|&s| s == 1.0) => {
+            Pulled { data: stream.data, ..as_they_are(PrimitiveTopology::PointList) }
+        }
+        PrimitiveClass::Points => {
+            let by_centre = frame.rules.clip_volume == ClipVolume::Frustum;
+            let mut sprites =
+                Pulled { point_coord: uses_point_coord, stride: floats + if uses_point_coord { 2 } else { 0 }, ..as_they_are(PrimitiveTopology::TriangleList) };
+            for (vertex, &size) in stream.data.chunks_exact(floats).zip(&stream.point_sizes) {
+                let [x, y, z, w] = [vertex[0], vertex[1], vertex[2], vertex[3]];
+                let outside = z < 0.0 || z > w || (by_centre && (x.abs() > w || y.abs() > w));
+                if w > 0.0 && (!outside || (desc.primitive.unclipped_depth && !by_centre)) {
+                    sprites.sprite(vertex, size, per_pixel);
+                }
+            }
+            sprites
+        }
+        PrimitiveClass::Lines if desc.line_width == 1.0 => Pulled { data: stream.data, ..as_they_are(PrimitiveTopology::LineList) },
+        PrimitiveClass::Lines => {
+            let mut bands = as_they_are(PrimitiveTopology::TriangleList);
+            for line in stream.data.chunks_exact(2 * floats) {
+                let (a, b) = line.split_at(floats);
+                if let Some((a, b)) = in_front_of_the_eye(a, b) {
+                    bands.band(&a, &b, desc.line_width, per_pixel);
+                }
+            }
+            bands
+        }
+    })
+}
+
+impl Pulled {
+    /// Two triangles that cover the square of a sprite; its edge is rounded as the software GPU does.
+    fn sprite(&mut self, vertex: &[f32], size: f32, per_pixel: [f32; 2]) {
+        let half = (size.clamp(1.0 / 128.0, MAX_POINT_SIZE) * 128.0).round_ties_even() / 256.0;
+        let w = vertex[3];
+        for corner in [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]] {
+            let [right, down] = corner.map(|c: f32| (c * 2.0 - 1.0) * half);
+            self.data.extend([vertex[0] + right * per_pixel[0] * w, vertex[1] - down * per_pixel[1] * w, vertex[2], w]);
+            self.data.extend(&vertex[4..]);
+            if self.point_coord {
+                self.data.extend(corner);
+            }
+        }
+    }
+
+    /// Two triangles that cover the rectangle around a line.
+    fn band(&mut self, a: &[f32], b: &[f32], width: f32, per_pixel: [f32; 2]) {
+        let place = |v: &[f32]| [0, 1].map(|axis| f64::from(v[axis]) / f64::from(v[3]) / f64::from(per_pixel[axis]));
+        let (p, q) = (place(a), place(b));
+        let (dx, dy) = (q[0] - p[0], q[1] - p[1]);
+        let length = (dx * dx + dy * dy).sqrt();
+        if length.is_nan() || length <= 0.0 {
+            return;
+        }
+        let offset = [-dy, dx].map(|d| d / length * f64::from(width) * 0.5);
+        for (end, sign) in [(a, 1.0), (a, -1.0), (b, 1.0), (b, 1.0), (a, -1.0), (b, -1.0)] {
+            let moved = [0, 1].map(|axis| end[axis] + (sign * offset[axis]) as f32 * per_pixel[axis] * end[3]);
+            self.data.extend([moved[0], moved[1], end[2], end[3]]);
+            self.data.extend(&end[4..]);
+        }
+    }
+}
+
+/// The part of a line with z >= 0, where w is above 0 too; `None` if there is none.
+fn in_front_of_the_eye(a: &[f32], b: &[f32]) -> Option<(Vec<f32>, Vec<f32>)> {
+    let cut = |inside: &[f32], outside: &[f32]| -> Vec<f32> {
+        let t = inside[2] / (inside[2] - outside[2]);
+        inside.iter().zip(outside).map(|(i, o)| i + t * (o - i)).collect()
+    };
+    let (front_a, front_b) = (a[2] >= 0.0, b[2] >= 0.0);
+    let ends = match (front_a, front_b) {
+        (false, false) => return None,
+        (true, true) => (a.to_vec(), b.to_vec()),
+        (true, false) => (a.to_vec(), cut(a, b)),
+        (false, true) => (cut(b, a), b.to_vec()),
+    };
+    (ends.0[3] > 0.0 && ends.1[3] > 0.0).then_some(ends)
+}
