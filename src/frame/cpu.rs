@@ -102,7 +102,6 @@ impl CpuExecutor {
         Self { device, memory_limit_bytes, textures: Vec::new() }
     }
 
-
     fn check_memory(&self, frame: &Frame) -> Result<(), FrameError> {
         let bins = (self.device.wave_bytes() as u64).max(MIN_BIN_BYTES);
         let needed = frame.memory().resources().saturating_add(bins);
@@ -360,8 +359,7 @@ pub fn stream_draw(
     textures: &[Texture],
 ) -> Result<(PrimitiveClass, StreamOutTarget), FrameError> {
     let described = &frame.pipelines[draw.pipeline.index()];
-    let streamed =
-        RenderPipelineDescriptor { targets: Vec::new(), depth_stencil: None, rasterizer_discard: true, ..described.clone() };
+    let streamed = RenderPipelineDescriptor { targets: Vec::new(), depth_stencil: None, rasterizer_discard: true, ..described.clone() };
     let pipeline = RenderPipeline::new(streamed, frame.rules)?;
     let shared: Vec<Option<&Texture>> = textures.iter().map(Some).collect();
     let entries = &frame.bind_groups[draw.bind_group.index()].entries;

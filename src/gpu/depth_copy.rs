@@ -73,7 +73,13 @@ impl DepthCopy {
     }
 
     /// Fills the depth aspect of `to`, one level of one layer, from the numbers of an r32float texture of its size.
-    pub fn write(&self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, from: &wgpu::TextureView, to: (&wgpu::TextureView, TextureFormat)) {
+    pub fn write(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        from: &wgpu::TextureView,
+        to: (&wgpu::TextureView, TextureFormat),
+    ) {
         let pipeline = self.pipeline(device, "to_depth", to.1);
         let keep = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
         let depth = wgpu::RenderPassDepthStencilAttachment {

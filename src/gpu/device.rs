@@ -1,8 +1,8 @@
 //! An opened adapter.
 
+use super::GpuError;
 use super::adapter::{Adapter, FEATURES, adapters};
 use super::depth_copy::DepthCopy;
-use super::GpuError;
 
 /// An opened adapter: device, queue, and what it can do.
 #[derive(Debug)]

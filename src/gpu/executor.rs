@@ -3,12 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use super::GpuError;
 use super::device::Gpu;
 use super::pipeline::{COUNTER_FORMAT, Compiled, Variant};
 use super::pull::{Pulled, must_be_pulled, pull};
 use super::resources::{Resources, attachment_view};
 use super::twin::{PULLED_GROUP, TextureUse, VertexSource};
-use super::GpuError;
 use crate::frame::cpu::{check_references, initial_textures, is_cleared_first, target_size};
 use crate::frame::{BindEntry, Executor, Frame, FrameDraw, FrameError, FrameObserver, FrameOutput, FramePass, PipelineId, TextureId, View};
 use crate::pipeline::sampler::Sampler;

@@ -8,6 +8,8 @@
 //! [`crosscheck`] compares every attachment of every pass with the software GPU's, and [`conformance`] draws random and adversarial primitives.
 
 mod adapter;
+pub mod conformance;
+pub mod crosscheck;
 mod depth_copy;
 mod device;
 mod executor;

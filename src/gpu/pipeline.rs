@@ -1,8 +1,8 @@
 //! A frame's pipelines on a device.
 
+use super::GpuError;
 use super::device::Gpu;
 use super::twin::{TextureUse, Twin, VertexSource};
-use super::GpuError;
 use crate::pipeline::RenderPipelineDescriptor;
 use crate::pipeline::state::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, ColorTargetState, ColorWrites, FrontFace, PrimitiveTopology, TextureFormat,

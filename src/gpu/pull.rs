@@ -29,13 +29,7 @@ pub(super) fn must_be_pulled(frame: &Frame, draw: &FrameDraw) -> bool {
 }
 
 /// The finished vertices of a draw.
-pub(super) fn pull(
-    device: &Device,
-    frame: &Frame,
-    pass: &FramePass,
-    draw: &FrameDraw,
-    textures: &[Texture],
-) -> Result<Pulled, FrameError> {
+pub(super) fn pull(device: &Device, frame: &Frame, pass: &FramePass, draw: &FrameDraw, textures: &[Texture]) -> Result<Pulled, FrameError> {
     let (class, stream) = stream_draw(device, frame, pass, draw, textures)?;
     let desc = &frame.pipelines[draw.pipeline.index()];
     let floats = 4 + flatten_varyings(&desc.program.varyings).len();
@@ -51,8 +45,11 @@ pub(super) fn pull(
         }
         PrimitiveClass::Points => {
             let by_centre = frame.rules.clip_volume == ClipVolume::Frustum;
-            let mut sprites =
-                Pulled { point_coord: uses_point_coord, stride: floats + if uses_point_coord { 2 } else { 0 }, ..as_they_are(PrimitiveTopology::TriangleList) };
+            let mut sprites = Pulled {
+                point_coord: uses_point_coord,
+                stride: floats + if uses_point_coord { 2 } else { 0 },
+                ..as_they_are(PrimitiveTopology::TriangleList)
+            };
             for (vertex, &size) in stream.data.chunks_exact(floats).zip(&stream.point_sizes) {
                 let [x, y, z, w] = [vertex[0], vertex[1], vertex[2], vertex[3]];
                 let outside = z < 0.0 || z > w || (by_centre && (x.abs() > w || y.abs() > w));

@@ -1,7 +1,7 @@
 //! A frame's textures and buffers on a device, and their way there and back.
 
-use super::device::Gpu;
 use super::GpuError;
+use super::device::Gpu;
 use crate::frame::{Frame, TextureId};
 use crate::pipeline::state::TextureFormat;
 use crate::pipeline::{Buffer, ChannelKind, Texture, TextureDescriptor, TextureShape, format_info, quantize_depth};
@@ -82,7 +82,11 @@ impl Gpu {
             self.queue.write_texture(
                 wgpu::TexelCopyTextureInfo { texture, mip_level, origin: wgpu::Origin3d { x: 0, y: 0, z: origin_z }, aspect },
                 bytes,
-                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some((bytes.len() / height as usize) as u32), rows_per_image: None },
+                wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some((bytes.len() / height as usize) as u32),
+                    rows_per_image: None,
+                },
                 wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
             );
         };
@@ -99,7 +103,12 @@ impl Gpu {
             write(&staging, 0, 0, wgpu::TextureAspect::All, bytemuck::cast_slice(&numbers));
             let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let view = to.create_view(&attachment_view(level, layer));
-            self.depth_copy.write(&self.device, &mut encoder, &staging.create_view(&wgpu::TextureViewDescriptor::default()), (&view, desc.format));
+            self.depth_copy.write(
+                &self.device,
+                &mut encoder,
+                &staging.create_view(&wgpu::TextureViewDescriptor::default()),
+                (&view, desc.format),
+            );
             self.queue.submit([encoder.finish()]);
         }
         if info.stencil {
@@ -118,7 +127,8 @@ impl Gpu {
             let staging = self.checked(&doing, || {
                 let staging = self.device.create_texture(&staging_texture(width, height));
                 let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-                let depth = from.create_view(&wgpu::TextureViewDescriptor { aspect: wgpu::TextureAspect::DepthOnly, ..attachment_view(level, layer) });
+                let depth = from
+                    .create_view(&wgpu::TextureViewDescriptor { aspect: wgpu::TextureAspect::DepthOnly, ..attachment_view(level, layer) });
                 self.depth_copy.read(&self.device, &mut encoder, &depth, &staging.create_view(&wgpu::TextureViewDescriptor::default()));
                 self.queue.submit([encoder.finish()]);
                 staging

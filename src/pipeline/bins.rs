@@ -26,6 +26,8 @@ pub(super) mod flag {
     pub const BACK: u32 = 32;
     /// First bit of the depth anchor's sixteenths, four for x, then four for y.
     pub const SIXTEENTHS: u32 = 8;
+    /// First of eight bits: the exponent of the bias' unit, for rules that add the bias last.
+    pub const BIAS_EXPONENT: u32 = 16;
 }
 
 /// One primitive in one tile.

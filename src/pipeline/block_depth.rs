@@ -6,6 +6,7 @@ use crate::math::lanes::{Lanes, lanes_from_i32};
 
 use super::bins::{Record, flag};
 use super::coarse_depth::{CoarseDepth, CoarsePlane};
+use super::depth_bias::{depth_bias, unpack_bias};
 use super::format::{ChannelKind, quantize_depth};
 use super::pass::Draw;
 use super::raster::{LANE_X, LANE_Y};
@@ -36,6 +37,8 @@ pub(super) struct BlockDepth<'c, S: Simd> {
     x: f32x16<S>,
     y: f32x16<S>,
     plane: [f32; 3],
+    /// Added last, by llvmpipe's and SwiftShader's rules.
+    bias: f32,
     rule: DepthPlane,
     clamp: Option<(f32, f32)>,
 }
@@ -51,16 +54,27 @@ impl<'c, S: Simd> BlockDepth<'c, S> {
         coarse: Option<&'c CoarseDepth>,
     ) -> Self {
         let rule = pipeline.rules.depth_plane;
+        let (anchor, bias) = match rule {
+            DepthPlane::LlvmpipeFused | DepthPlane::LlvmpipeMulAdd => ([0; 2], unpack_bias(record.anchor)),
+            DepthPlane::Reference => (record.anchor, 0.0),
+            DepthPlane::SwiftShader => {
+                let slope = record.z[1].abs().max(record.z[2].abs());
+                (record.anchor, depth_bias(pipeline, slope, (record.flags >> flag::BIAS_EXPONENT) as u8))
+            }
+        };
         // Exact: at most 15 bits of whole pixels and four of fraction.
-        let x = (origin[0] - i32::from(record.anchor[0])) as f32 - (record.flags >> flag::SIXTEENTHS & 15) as f32 * 0.0625;
-        let y = (origin[1] - i32::from(record.anchor[1])) as f32 - (record.flags >> (flag::SIXTEENTHS + 4) & 15) as f32 * 0.0625;
+        let x = (origin[0] - i32::from(anchor[0])) as f32 - (record.flags >> flag::SIXTEENTHS & 15) as f32 * 0.0625;
+        let y = (origin[1] - i32::from(anchor[1])) as f32 - (record.flags >> (flag::SIXTEENTHS + 4) & 15) as f32 * 0.0625;
         // The draw is looked at only if it must be: most records do without.
         let clamp = if record.flags & flag::CLAMP_Z != 0 { Some((draw.viewport.min_depth, draw.viewport.max_depth)) } else { None };
         Self {
-            coarse: coarse.map(|coarse| (coarse, CoarsePlane::new(record.z, [x, y], clamp, pipeline.depth.compare))),
+            coarse: coarse.map(|coarse| {
+                (coarse, CoarsePlane::new([record.z[0] + bias, record.z[1], record.z[2]], [x, y], clamp, pipeline.depth.compare))
+            }),
             x: lanes_from_i32(i32x16::simd_from(simd, LANE_X)) + x,
             y: lanes_from_i32(i32x16::simd_from(simd, LANE_Y)) + y,
             plane: record.z,
+            bias,
             rule,
             clamp,
         }
@@ -104,10 +118,12 @@ impl<'c, S: Simd> BlockDepth<'c, S> {
         let [base, dx, dy] = self.plane;
         let (x, y) = (self.x + bx as f32, self.y + by as f32);
         match self.rule {
-            DepthPlane::Reference | DepthPlane::SwiftShader => (y * dy + base) + x * dx,
-            DepthPlane::LlvmpipeMulAdd => (x * dx + base) + y * dy,
+            DepthPlane::Reference => (y * dy + base) + x * dx,
+            DepthPlane::SwiftShader => ((y * dy + base) + x * dx) + self.bias,
+            DepthPlane::LlvmpipeMulAdd => ((x * dx + base) + y * dy) + self.bias,
             DepthPlane::LlvmpipeFused => {
-                <f32x16<S> as Lanes>::from_fn(Lanes::token(x), |i| dy.mul_add(y.lane(i), dx.mul_add(x.lane(i), base)))
+                let bias = self.bias;
+                <f32x16<S> as Lanes>::from_fn(Lanes::token(x), |i| dy.mul_add(y.lane(i), dx.mul_add(x.lane(i), base)) + bias)
             }
         }
     }

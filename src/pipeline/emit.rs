@@ -7,11 +7,12 @@ use crate::math::lanes::Lanes;
 use super::bins::{Prepared, flag};
 use super::chunk::ChunkOutput;
 use super::clip::{clip_line, clip_triangle};
+use super::depth_bias::{depth_bias, greatest_exponent};
 use super::observer::{Observer, PrimitiveEvent, PrimitiveOutcome};
 use super::render_pipeline::{MAX_POINT_SIZE, RenderPipeline};
-use super::setup::{ZPlane, depth_plane, double_area, edges, interpolation_planes, max_slope, pixel_bounds};
+use super::setup::{ZPlane, depth_plane, double_area, edges, interpolation_planes, pixel_bounds};
 use super::shader::{Interpolation, PrimitiveAttributes};
-use super::state::{ClipVolume, Face, FrontFace, LineCorners, PixelRect};
+use super::state::{ClipVolume, DepthPlane, Face, FrontFace, LineCorners, PixelRect};
 use super::vertices::{ClipVertices, WindowVertices};
 use super::viewport::{HALF, ONE, ViewTransform, WindowVertex, outside};
 
@@ -86,7 +87,8 @@ impl Emitter<'_> {
     }
 
     pub fn unclipped_triangle(&mut self, [a, b, c]: [u32; 3], id: u32) {
-        self.window_triangle(&[self.corner(a), self.corner(b), self.corner(c)], id, false);
+        let corners = [self.corner(a), self.corner(b), self.corner(c)];
+        self.window_triangle(&corners, &corners, id, false);
     }
 
     /// Clips, gives every new corner its varyings, and draws the polygon as a fan.
@@ -112,7 +114,11 @@ impl Emitter<'_> {
         };
         for piece in pieces {
             self.out.statistics.clipper_primitives_out += 1;
-            self.window_triangle(&piece.map(|k| corners[k]), id, true);
+            let piece = piece.map(|k| corners[k]);
+            // SwiftShader lays its planes through the corners before clipping, wherever those are.
+            let uncut = self.view.rules.depth_plane == DepthPlane::SwiftShader;
+            let planes = if uncut { vertices.map(|v| self.corner(v)) } else { piece };
+            self.window_triangle(&piece, &planes, id, true);
         }
     }
 
@@ -134,7 +140,8 @@ impl Emitter<'_> {
         start
     }
 
-    fn window_triangle(&mut self, corners: &[Corner; 3], id: u32, clipped: bool) {
+    /// A triangle with what it is interpolated from: depth and attributes at the corners `planes`, itself or what it is a piece of.
+    fn window_triangle(&mut self, corners: &[Corner; 3], planes: &[Corner; 3], id: u32, clipped: bool) {
         let [w0, w1, w2] = [&corners[0].window, &corners[1].window, &corners[2].window];
         let area = double_area([w0, w1, w2]);
         let at = || Some([[w0.fx, w0.fy], [w1.fx, w1.fy], [w2.fx, w2.fy]]);
@@ -166,22 +173,24 @@ impl Emitter<'_> {
         }
         let mut z = ZPlane::default();
         if self.needs_depth() {
-            z = depth_plane(self.pipeline.rules.depth_plane, [w0, w1, w2], area, || corners.map(|c| c.clip));
-            let bias = self.depth_bias(&z, [w0.z, w1.z, w2.z]);
-            z.base += bias;
+            let depths = [w0.z, w1.z, w2.z];
+            let at = [&planes[0].window, &planes[1].window, &planes[2].window];
+            let bias;
+            (z, bias) = depth_plane(self.pipeline, at, double_area(at), || planes.map(|c| c.clip));
             let pixels = ((max.0 - min.0) + (max.1 - min.1)) as f32 / 256.0 + z.anchor_slack();
-            if z.may_leave(self.view.depth_range, [w0.z, w1.z, w2.z], bias, pixels) {
+            if z.may_leave(self.view.depth_range, depths, bias, pixels) {
                 flags |= flag::CLAMP_Z;
             }
         }
         let attributes = self.out.attributes.len() as u32;
         if self.pipeline.fragment.attributes {
-            let planes = interpolation_planes(self.pipeline.rules.setup_from, [w0, w1, w2], area);
+            let at = [&planes[0].window, &planes[1].window, &planes[2].window];
+            let weights = interpolation_planes(self.pipeline.rules.setup_from, at, double_area(at));
             self.out.attributes.push(PrimitiveAttributes {
-                varyings: corners.map(|c| c.varyings),
+                varyings: planes.map(|c| c.varyings),
                 primitive_id: id,
                 front_facing: front,
-                ..planes
+                ..weights
             });
         }
         let clockwise = if area > 0 { [w0, w1, w2] } else { [w0, w2, w1] };
@@ -196,6 +205,7 @@ impl Emitter<'_> {
         primitive.sequence = self.out.sequence;
         self.out.sequence += 1;
         primitive.flags |= (u32::from(primitive.z.sixteenths[0]) | u32::from(primitive.z.sixteenths[1]) << 4) << flag::SIXTEENTHS;
+        primitive.flags |= u32::from(primitive.z.bias_exponent) << flag::BIAS_EXPONENT;
         self.out.bins.insert(&primitive);
     }
 
@@ -203,30 +213,9 @@ impl Emitter<'_> {
         self.pipeline.depth.tests_depth() || self.pipeline.fragment.attributes || self.observer.is_some()
     }
 
-    /// `constant·r + slope_scale·max_slope`, clamped [D3D11.3 §15.10]; `r` is the depth format's smallest step, or for floats the unit in
-    /// the last place of the triangle's greatest depth.
-    pub fn depth_bias(&self, plane: &ZPlane, z: [f32; 3]) -> f32 {
-        let Some(state) = &self.pipeline.desc.depth_stencil else { return 0.0 };
-        if !state.bias.is_enabled() {
-            return 0.0;
-        }
-        let step = match self.pipeline.depth.kind {
-            Some(super::format::ChannelKind::UnormDepth(bits)) => 1.0 / ((1u32 << bits) - 1) as f32,
-            _ => {
-                let greatest = z[0].abs().max(z[1].abs()).max(z[2].abs());
-                let exponent = (greatest.to_bits() >> 23) as i32 - 127;
-                Lanes::exp2_int((exponent - 23).max(-126) as f32)
-            }
-        };
-        let bias = state.bias.constant as f32 * step + state.bias.slope_scale * max_slope(plane);
-        let clamp = state.bias.clamp;
-        if clamp > 0.0 {
-            bias.min(clamp)
-        } else if clamp < 0.0 {
-            bias.max(clamp)
-        } else {
-            bias
-        }
+    /// The bias of a triangle of this slope whose depths at the vertices are `z`.
+    pub fn depth_bias(&self, slope: f32, z: [f32; 3]) -> f32 {
+        depth_bias(self.pipeline, slope, greatest_exponent(z))
     }
 
     /// A point sprite: the square of its size around the snapped centre, by the triangle's fill rule [D3D11.3 §3.4.6].
@@ -357,7 +346,7 @@ impl Emitter<'_> {
         }
         let mut z = ZPlane::default();
         if self.needs_depth() {
-            z = depth_plane(self.pipeline.rules.depth_plane, [w0, w1, w2], area, || corners.map(|c| c.clip));
+            (z, _) = depth_plane(self.pipeline, [w0, w1, w2], area, || corners.map(|c| c.clip));
         }
         let attributes = self.out.attributes.len() as u32;
         if self.pipeline.fragment.attributes {
@@ -374,7 +363,7 @@ impl Emitter<'_> {
 impl ZPlane {
     /// How far the anchor may be from the vertices it was made from: nothing, unless it is the target's origin.
     pub fn anchor_slack(&self) -> f32 {
-        if self.anchor == [0, 0] { 32768.0 } else { 2.0 }
+        if self.at_origin { 32768.0 } else { 2.0 }
     }
 }
 

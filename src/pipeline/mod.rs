@@ -16,6 +16,7 @@ mod block_depth;
 mod chunk;
 mod clip;
 mod coarse_depth;
+mod depth_bias;
 mod depth_stencil;
 mod emit;
 mod fast_path;

@@ -5,6 +5,8 @@
 //! kept in whole pixels, exactly. The fill rule subtracts one from `K` for edges that are neither top nor left. Inside a tile that an edge
 //! crosses, the number fits 32 bits: `|A|, |B| ≤ 2^24`, so `63·(|A|+|B|) < 2^31`; an edge that does not cross the tile is dropped there.
 
+use super::depth_bias::{depth_bias, greatest_exponent, pack_bias};
+use super::render_pipeline::RenderPipeline;
 use super::shader::PrimitiveAttributes;
 use super::state::{DepthPlane, PixelRect, SetupFrom};
 use super::viewport::{HALF, WindowVertex};
@@ -64,6 +66,10 @@ pub(super) struct ZPlane {
     pub dy: f32,
     /// Anchor in whole pixels.
     pub anchor: [i32; 2],
+    /// The anchor is the target's origin, and in its place stands a bias that is added last: see [`super::depth_bias`].
+    pub at_origin: bool,
+    /// SwiftShader: raw exponent of the number whose last place is the unit of the constant bias, which is added last.
+    pub bias_exponent: u8,
     /// And sixteenths of a pixel beyond it.
     pub sixteenths: [u8; 2],
 }
@@ -85,28 +91,44 @@ impl ZPlane {
     }
 }
 
-/// The plane through three vertices by one of the known arithmetics. `clip` is needed by SwiftShader's choice of reference vertex.
+/// The plane through three vertices by the pipeline's rules, and its bias. Rasterizers that add the bias last keep it apart, others
+/// have it in the plane. `clip` is needed by SwiftShader's choice of reference vertex.
 #[inline(always)]
-pub(super) fn depth_plane(rule: DepthPlane, v: [&WindowVertex; 3], area: i64, clip: impl Fn() -> [[f32; 4]; 3]) -> ZPlane {
-    match rule {
-        DepthPlane::Reference => reference_plane(v, area, [v[0].z, v[1].z, v[2].z]),
+pub(super) fn depth_plane(pipeline: &RenderPipeline, v: [&WindowVertex; 3], area: i64, clip: impl Fn() -> [[f32; 4]; 3]) -> (ZPlane, f32) {
+    let z = [v[0].z, v[1].z, v[2].z];
+    match pipeline.rules.depth_plane {
+        DepthPlane::Reference => {
+            let plane = reference_plane(v, area, z);
+            let bias = depth_bias(pipeline, max_slope(&plane), greatest_exponent(z));
+            (ZPlane { base: plane.base + bias, ..plane }, bias)
+        }
         DepthPlane::LlvmpipeFused | DepthPlane::LlvmpipeMulAdd => {
             let x = [v[0].x - 0.5, v[1].x - 0.5, v[2].x - 0.5];
             let y = [v[0].y - 0.5, v[1].y - 0.5, v[2].y - 0.5];
             let ooa = 1.0 / ((x[0] - x[1]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[0] - y[1]));
-            let (z01, z20) = (v[0].z - v[1].z, v[2].z - v[0].z);
-            let dx = z01 * ((y[2] - y[0]) * ooa) - z20 * ((y[0] - y[1]) * ooa);
-            let dy = z20 * ((x[0] - x[1]) * ooa) - z01 * ((x[2] - x[0]) * ooa);
-            ZPlane { base: v[0].z - (dx * x[0] + dy * y[0]), dx, dy, ..ZPlane::default() }
+            let (x01, x20, y01, y20) = (x[0] - x[1], x[2] - x[0], y[0] - y[1], y[2] - y[0]);
+            let (z01, z20) = (z[0] - z[1], z[2] - z[0]);
+            let dx = z01 * (y20 * ooa) - z20 * (y01 * ooa);
+            let dy = z20 * (x01 * ooa) - z01 * (x20 * ooa);
+            // Not the gradients themselves: the same products, rounded in another order.
+            let slope = ((y01 * z20 - z01 * y20) * ooa).abs().max(((z01 * x20 - x01 * z20) * ooa).abs());
+            let bias = depth_bias(pipeline, slope, greatest_exponent(z));
+            let plane = ZPlane { base: z[0] - (dx * x[0] + dy * y[0]), dx, dy, ..ZPlane::default() };
+            (ZPlane { anchor: pack_bias(bias), at_origin: true, ..plane }, bias)
         }
-        DepthPlane::SwiftShader => swiftshader_plane(v, clip()),
+        DepthPlane::SwiftShader => {
+            let (plane, deltas) = swiftshader_plane(v, clip());
+            // The step follows the greatest of the first depth and the two differences to it.
+            let bias_exponent = greatest_exponent([plane.base, deltas[0], deltas[1]]);
+            (ZPlane { bias_exponent, ..plane }, depth_bias(pipeline, max_slope(&plane), bias_exponent))
+        }
     }
 }
 
 fn reference_plane(v: [&WindowVertex; 3], area: i64, z: [f32; 3]) -> ZPlane {
     let frame = PlaneFrame::new(v.map(|v| [v.fx, v.fy]), area);
     let [base, dx, dy] = frame.plane(z);
-    ZPlane { base, dx, dy, anchor: frame.anchor, sixteenths: [0; 2] }
+    ZPlane { base, dx, dy, anchor: frame.anchor, ..ZPlane::default() }
 }
 
 /// What all planes over one snapped triangle share: its two edges from vertex 0, in f64.
@@ -153,8 +175,9 @@ impl PlaneFrame {
     }
 }
 
-/// Measured on SwiftShader: the vertex of least clip y leads, then the one of greatest w; f32 relative to it.
-fn swiftshader_plane(v: [&WindowVertex; 3], clip: [[f32; 4]; 3]) -> ZPlane {
+/// Measured on SwiftShader: the vertex of least clip y leads, then the one of greatest w; f32 relative to it. Also gives the depths of the
+/// other two beyond the first's.
+fn swiftshader_plane(v: [&WindowVertex; 3], clip: [[f32; 4]; 3]) -> (ZPlane, [f32; 2]) {
     let mut order = [0, 1, 2];
     let rotate_to_front = |order: &mut [usize; 3], wanted: f32, key: &dyn Fn(usize) -> f32| {
         let (second, third) = (key(order[1]), key(order[2]));
@@ -179,7 +202,7 @@ fn swiftshader_plane(v: [&WindowVertex; 3], clip: [[f32; 4]; 3]) -> ZPlane {
     let dy = d * (x1 * z2 - x2 * z1);
     let anchor = [(v0.fx - HALF) >> 8, (v0.fy - HALF) >> 8];
     let sixteenths = [((v0.fx - HALF) & 255) as u8 >> 4, ((v0.fy - HALF) & 255) as u8 >> 4];
-    ZPlane { base: v0.z, dx, dy, anchor, sixteenths }
+    (ZPlane { base: v0.z, dx, dy, anchor, sixteenths, ..ZPlane::default() }, [z1, z2])
 }
 
 /// Slope of a plane for depth bias: `max(|∂z/∂x|, |∂z/∂y|)` [D3D11.3 §15.10].
@@ -212,5 +235,5 @@ fn unsnapped_plane(v: [&WindowVertex; 3], f: [f32; 3]) -> ZPlane {
     let anchor = [v[0].fx >> 8, v[0].fy >> 8];
     let offset = [f64::from(anchor[0]) + 0.5 - f64::from(v[0].x), f64::from(anchor[1]) + 0.5 - f64::from(v[0].y)];
     let base = f64::from(f[0]) + dx * offset[0] + dy * offset[1];
-    ZPlane { base: base as f32, dx: dx as f32, dy: dy as f32, anchor, sixteenths: [0; 2] }
+    ZPlane { base: base as f32, dx: dx as f32, dy: dy as f32, anchor, ..ZPlane::default() }
 }

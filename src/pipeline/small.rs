@@ -9,7 +9,7 @@ use fearless_simd::{ExtractToken, Select, Simd, SimdBase, SimdCvtTruncate, SimdM
 
 use super::bins::{Record, flag};
 use super::emit::{Emitter, half_size};
-use super::setup::{PlaneFrame, ZPlane};
+use super::setup::{PlaneFrame, ZPlane, max_slope};
 use super::shader::PrimitiveAttributes;
 use super::state::{DepthPlane, Face, FrontFace, SetupFrom};
 use super::texture::TILE;
@@ -293,7 +293,7 @@ impl Emitter<'_> {
             if needs_depth {
                 [plane.base, plane.dx, plane.dy] = z.get(lane);
                 let corner_z = [corners.z[0][lane], corners.z[1][lane], corners.z[2][lane]];
-                let bias = self.depth_bias(&plane, corner_z);
+                let bias = self.depth_bias(max_slope(&plane), corner_z);
                 plane.base += bias;
                 // Never more pixels than this from the anchor; a larger number only asks for a clamp that changes nothing.
                 let pixels = (2 * (SMALL >> 8)) as f32 + plane.anchor_slack();

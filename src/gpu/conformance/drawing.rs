@@ -1,0 +1,120 @@
+//! One conformance drawing: primitives, state and targets, as a frame.
+
+use std::sync::Arc;
+
+use super::program::{Vertex, program};
+use crate::frame::{BindEntry, ColorTarget, DepthTarget, Frame, FrameDraw, FramePass};
+use crate::pipeline::shader::Interpolation;
+use crate::pipeline::state::{
+    BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, DepthStencilState, PrimitiveState,
+    PrimitiveTopology, RasterRules, TextureFormat,
+};
+use crate::pipeline::{Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
+
+/// Primitives drawn in one go into cleared targets.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    /// Width and height of the targets in pixels.
+    pub size: (u32, u32),
+    /// The primitives' vertices, in order.
+    pub vertices: Vec<Vertex>,
+    /// Points, lines or triangles; a list.
+    pub topology: PrimitiveTopology,
+    /// How colours are interpolated.
+    pub interpolation: Interpolation,
+    /// Colour target and how it is blended; `None` for no colour.
+    pub color: Option<(TextureFormat, Option<BlendState>)>,
+    /// What the colour target is cleared to.
+    pub clear: Color,
+    /// Depth and stencil.
+    pub depth_stencil: Option<DepthStencilState>,
+    /// Depth that the target is cleared to.
+    pub clear_depth: f32,
+    /// Everything else about primitives.
+    pub primitive: PrimitiveState,
+    /// Edge of points, pixels.
+    pub point_size: f32,
+    /// Width of lines, pixels.
+    pub line_width: f32,
+    /// Whether fragments are counted.
+    pub query: bool,
+}
+
+/// `src + dst`.
+pub const ADD: BlendState = {
+    let add = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
+    BlendState { color: add, alpha: add }
+};
+
+impl Drawing {
+    /// Triangles whose colours add up in a 32-bit float target.
+    #[must_use]
+    pub fn adding(size: (u32, u32), vertices: Vec<Vertex>) -> Self {
+        Self {
+            size,
+            vertices,
+            topology: PrimitiveTopology::TriangleList,
+            interpolation: Interpolation::Flat,
+            color: Some((TextureFormat::R32Float, Some(ADD))),
+            clear: Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 },
+            depth_stencil: None,
+            clear_depth: 1.0,
+            primitive: PrimitiveState::default(),
+            point_size: 1.0,
+            line_width: 1.0,
+            query: false,
+        }
+    }
+
+    /// Vertices of a primitive.
+    #[must_use]
+    pub fn corners(&self) -> usize {
+        match self.topology {
+            PrimitiveTopology::PointList => 1,
+            PrimitiveTopology::LineList | PrimitiveTopology::LineStrip => 2,
+            PrimitiveTopology::TriangleList | PrimitiveTopology::TriangleStrip => 3,
+        }
+    }
+
+    /// The frame: one pass with one draw.
+    #[must_use]
+    pub fn frame(&self, rules: RasterRules) -> Frame {
+        let mut frame = Frame { rules, ..Frame::default() };
+        let vertices = frame.buffer("vertices", Arc::new(Buffer::from_slice(&self.vertices)));
+        let settings = frame.buffer("settings", Arc::new(Buffer::from_slice(&[self.point_size, 0.0, 0.0, 0.0])));
+        let group = frame.bind_group(vec![BindEntry::Storage(vertices), BindEntry::Uniform(settings, 0)]);
+        let (width, height) = self.size;
+        let color = self.color.map(|(format, blend)| {
+            let view = frame.texture(TextureDescriptor::d2("color", width, height, format)).into();
+            let state = ColorTargetState { format, blend, write_mask: ColorWrites::ALL };
+            (ColorTarget { view, load: LoadOp::Clear(self.clear) }, state)
+        });
+        let depth = self.depth_stencil.as_ref().map(|state| DepthTarget {
+            view: frame.texture(TextureDescriptor::d2("depth", width, height, state.format)).into(),
+            depth_load: LoadOp::Clear(self.clear_depth),
+            stencil_load: LoadOp::Clear(0),
+        });
+        let mut program = program(self.interpolation);
+        if color.is_none() {
+            let mut without_fragment = (*program).clone();
+            without_fragment.fragment = None;
+            program = Arc::new(without_fragment);
+        }
+        let pipeline = frame.pipeline(RenderPipelineDescriptor {
+            primitive: PrimitiveState { topology: self.topology, ..self.primitive },
+            depth_stencil: self.depth_stencil.clone(),
+            targets: color.iter().map(|(_, state)| Some(state.clone())).collect(),
+            line_width: self.line_width,
+            ..RenderPipelineDescriptor::new("conformance", program)
+        });
+        let draw = FrameDraw { query: self.query.then_some(0), ..FrameDraw::new(pipeline, group, 0..self.vertices.len() as u32) };
+        frame.passes.push(FramePass {
+            label: "conformance".into(),
+            color: color.iter().map(|(target, _)| Some(*target)).collect(),
+            depth,
+            draws: vec![draw],
+            query_count: usize::from(self.query),
+        });
+        frame
+    }
+}

@@ -1,0 +1,113 @@
+//! The one program that draws all conformance primitives: vertices come as they are from a storage buffer.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::math::lanes::Lanes;
+use crate::math::vector::v4;
+use crate::pipeline::shader::{
+    FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
+};
+use crate::pipeline::{BindingKind, Bindings};
+
+/// A vertex of a conformance primitive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Vertex {
+    /// Clip space.
+    pub position: [f32; 4],
+    /// What the fragment stage gives out.
+    pub color: [f32; 4],
+}
+
+/// Bindings: vertices, point size in pixels in x.
+pub const BINDINGS: [BindingKind; 2] = [BindingKind::Storage(size_of::<Vertex>()), BindingKind::Uniform(16)];
+
+macro_rules! twin {
+    ($interpolate:literal) => {
+        concat!(
+            "
+struct Vertex {
+    position: vec4<f32>,
+    color: vec4<f32>,
+}
+
+@group(0) @binding(0) var<storage, read> vertices: array<Vertex>;
+
+struct Varyings {
+    @builtin(position) position: vec4<f32>,
+    @location(0) ",
+            $interpolate,
+            " color: vec4<f32>,
+}
+
+@vertex
+fn vs(@builtin(vertex_index) index: u32) -> Varyings {
+    let vertex = vertices[index];
+    return Varyings(vertex.position, vertex.color);
+}
+
+@fragment
+fn fs(in: Varyings) -> @location(0) vec4<f32> {
+    return in.color;
+}
+"
+        )
+    };
+}
+
+/// The program; colours reach fragments by this interpolation.
+#[must_use]
+pub fn program(interpolation: Interpolation) -> Arc<Program> {
+    let (name, wgsl) = match interpolation {
+        Interpolation::Flat => ("conformance_flat", twin!("@interpolate(flat)")),
+        Interpolation::Linear => ("conformance_linear", twin!("@interpolate(linear)")),
+        Interpolation::Perspective => ("conformance_perspective", twin!("@interpolate(perspective)")),
+    };
+    let varyings = vec![Varying { name: "color", components: 4, interpolation }];
+    let wgsl = Some(wgsl);
+    Arc::new(match interpolation {
+        Interpolation::Flat => Program { varyings, wgsl, bindings: BINDINGS.to_vec(), ..Program::new(name, Pull, FlatColor) },
+        _ => Program { varyings, wgsl, bindings: BINDINGS.to_vec(), ..Program::new(name, Pull, MixedColor) },
+    })
+}
+
+struct Pull;
+
+impl VertexShader for Pull {
+    #[inline(always)]
+    fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
+        let vertices: &[Vertex] = bindings.storage(0);
+        let of = |i: u32| vertices.get(i as usize).copied().unwrap_or_default();
+        output.position = input.per_vertex4(|i| of(i).position);
+        let color = input.per_vertex4(|i| of(i).color);
+        for (slot, value) in output.varyings.iter_mut().zip([color.x, color.y, color.z, color.w]) {
+            *slot = value;
+        }
+        let settings: &[f32; 4] = bindings.uniform(1);
+        output.point_size = L::splat(input.token, settings[0]);
+    }
+}
+
+/// One colour per primitive.
+struct FlatColor;
+
+impl FragmentShader for FlatColor {
+    const PER_PRIMITIVE: bool = true;
+    #[inline(always)]
+    fn fragment<L: Lanes>(&self, _: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
+        let [r, g, b, a] = [0, 1, 2, 3].map(|k| L::splat(input.token, input.flat(k)));
+        output.color[0] = v4(r, g, b, a);
+    }
+}
+
+/// The interpolated colour.
+struct MixedColor;
+
+impl FragmentShader for MixedColor {
+    #[inline(always)]
+    fn fragment<L: Lanes>(&self, _: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
+        output.color[0] = v4(input.varying(0), input.varying(1), input.varying(2), input.varying(3));
+    }
+}

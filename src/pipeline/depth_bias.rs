@@ -1,0 +1,46 @@
+//! Depth bias, and where some rasterizers keep it until it is added.
+
+use super::format::ChannelKind;
+use super::render_pipeline::RenderPipeline;
+
+/// Raw exponent of the greatest magnitude.
+#[inline(always)]
+pub(super) fn greatest_exponent(z: [f32; 3]) -> u8 {
+    let greatest = z[0].abs().max(z[1].abs()).max(z[2].abs());
+    (greatest.to_bits() >> 23) as u8
+}
+
+/// `constant·r + slope_scale·slope`, clamped [D3D11.3 §15.10]; `r` is the depth format's smallest step, or for floats the unit in
+/// the last place of numbers with this exponent.
+#[inline(always)]
+pub(super) fn depth_bias(pipeline: &RenderPipeline, slope: f32, exponent: u8) -> f32 {
+    let Some(state) = &pipeline.desc.depth_stencil else { return 0.0 };
+    if !state.bias.is_enabled() {
+        return 0.0;
+    }
+    let step = match pipeline.depth.kind {
+        Some(ChannelKind::UnormDepth(bits)) => 1.0 / ((1u32 << bits) - 1) as f32,
+        _ => f32::from_bits((u32::from(exponent).saturating_sub(23)).max(1) << 23),
+    };
+    let bias = state.bias.constant as f32 * step + state.bias.slope_scale * slope;
+    let clamp = state.bias.clamp;
+    if clamp > 0.0 {
+        bias.min(clamp)
+    } else if clamp < 0.0 {
+        bias.max(clamp)
+    } else {
+        bias
+    }
+}
+
+/// A bias as two numbers of 16 bits: where planes are anchored at the target's origin, a record keeps it in place of the anchor.
+pub(super) fn pack_bias(bias: f32) -> [i32; 2] {
+    let bits = bias.to_bits();
+    [i32::from(bits as u16 as i16), i32::from((bits >> 16) as u16 as i16)]
+}
+
+/// The inverse of [`pack_bias`].
+#[inline(always)]
+pub(super) fn unpack_bias([low, high]: [i16; 2]) -> f32 {
+    f32::from_bits(u32::from(low as u16) | u32::from(high as u16) << 16)
+}
