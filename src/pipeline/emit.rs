@@ -178,7 +178,9 @@ impl Emitter<'_> {
             let bias;
             (z, bias) = depth_plane(self.pipeline, at, double_area(at), || planes.map(|c| c.clip));
             let pixels = ((max.0 - min.0) + (max.1 - min.1)) as f32 / 256.0 + z.anchor_slack();
-            if z.may_leave(self.view.depth_range, depths, bias, pixels) {
+            // The plane of a triangle that was cut may be anything where the corners are that are gone.
+            let uncut = clipped && self.pipeline.rules.depth_plane == DepthPlane::SwiftShader;
+            if uncut || z.may_leave(self.view.depth_range, depths, bias, pixels) {
                 flags |= flag::CLAMP_Z;
             }
         }

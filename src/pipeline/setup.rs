@@ -119,7 +119,7 @@ pub(super) fn depth_plane(pipeline: &RenderPipeline, v: [&WindowVertex; 3], area
         DepthPlane::SwiftShader => {
             let (plane, deltas) = swiftshader_plane(v, clip());
             // The step follows the greatest of the first depth and the two differences to it.
-            let bias_exponent = greatest_exponent([plane.base, deltas[0], deltas[1]]);
+            let bias_exponent = greatest_exponent(deltas);
             (ZPlane { bias_exponent, ..plane }, depth_bias(pipeline, max_slope(&plane), bias_exponent))
         }
     }
@@ -175,9 +175,9 @@ impl PlaneFrame {
     }
 }
 
-/// Measured on SwiftShader: the vertex of least clip y leads, then the one of greatest w; f32 relative to it. Also gives the depths of the
-/// other two beyond the first's.
-fn swiftshader_plane(v: [&WindowVertex; 3], clip: [[f32; 4]; 3]) -> (ZPlane, [f32; 2]) {
+/// Measured on SwiftShader: the vertex of least clip y leads, then the one of greatest w; f32 relative to it. Also gives the first's depth and
+/// the differences of the other two to it.
+fn swiftshader_plane(v: [&WindowVertex; 3], clip: [[f32; 4]; 3]) -> (ZPlane, [f32; 3]) {
     let mut order = [0, 1, 2];
     let rotate_to_front = |order: &mut [usize; 3], wanted: f32, key: &dyn Fn(usize) -> f32| {
         let (second, third) = (key(order[1]), key(order[2]));
@@ -202,7 +202,11 @@ fn swiftshader_plane(v: [&WindowVertex; 3], clip: [[f32; 4]; 3]) -> (ZPlane, [f3
     let dy = d * (x1 * z2 - x2 * z1);
     let anchor = [(v0.fx - HALF) >> 8, (v0.fy - HALF) >> 8];
     let sixteenths = [((v0.fx - HALF) & 255) as u8 >> 4, ((v0.fy - HALF) & 255) as u8 >> 4];
-    (ZPlane { base: v0.z, dx, dy, anchor, sixteenths, ..ZPlane::default() }, [z1, z2])
+    // A corner that clipping cut off can lie beyond what a record's 16-bit anchor can name.
+    let near = anchor.map(|at| at.clamp(i16::MIN.into(), i16::MAX.into()));
+    let base = if near == anchor { v0.z } else { v0.z + ((near[0] - anchor[0]) as f32 * dx + (near[1] - anchor[1]) as f32 * dy) };
+    let anchor = near;
+    (ZPlane { base, dx, dy, anchor, sixteenths, ..ZPlane::default() }, [v0.z, z1, z2])
 }
 
 /// Slope of a plane for depth bias: `max(|∂z/∂x|, |∂z/∂y|)` [D3D11.3 §15.10].
