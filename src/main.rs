@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::process::ExitCode;
 
-use nephroid::cli::{self, Parsed};
+use nephroid::cli::{self, Outcome, Parsed};
 
 fn main() -> ExitCode {
     let command = match cli::parse(std::env::args_os()) {
@@ -12,7 +12,8 @@ fn main() -> ExitCode {
         Err(message) => return fail(&message),
     };
     match cli::run(command) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Differs) => ExitCode::from(cli::EXIT_DIFFERS),
         Err(error) => fail(&cli::error_chain(&error)),
     }
 }

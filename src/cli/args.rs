@@ -48,6 +48,14 @@ pub fn seconds(text: &str) -> Result<f32, String> {
     }
 }
 
+/// A share: above 0, at most 1.
+pub fn share(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(share) if share > 0.0 && share <= 1.0 => Ok(share),
+        _ => Err("expected a number above 0, at most 1".to_owned()),
+    }
+}
+
 /// The name of a layer.
 pub fn layer_name(text: &str) -> Result<String, String> {
     if text.is_empty() || !text.bytes().all(|byte| byte.is_ascii_graphic()) {

@@ -46,7 +46,7 @@ pub fn executor(name: Option<&str>, options: DeviceOptions) -> anyhow::Result<Bo
 
 /// What a build without drivers answers.
 #[cfg(not(feature = "wgpu"))]
-const WITHOUT: &str = "this build has no drivers; build it with `cargo build --release --features wgpu`";
+pub const WITHOUT: &str = "this build has no drivers; build it with `cargo build --release --features wgpu`";
 
 /// An error: this build has no drivers.
 #[cfg(not(feature = "wgpu"))]

@@ -73,12 +73,17 @@ fn print<'a, T: Serialize, const N: usize>(low: &LowArgs, lines: &'a [T], cells:
     Ok(())
 }
 
-/// All `*.ron` files of a folder and the folders below, sorted by path. Links to folders are not followed.
-fn scenes(folder: &Path) -> anyhow::Result<Vec<SceneLine>> {
+/// All `*.ron` files of a folder and the folders below, sorted. Links to folders are not followed.
+pub fn scene_paths(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let mut paths = Vec::new();
     collect(folder, MAX_DEPTH, &mut paths)?;
     paths.sort();
-    paths.iter().map(|path| Ok(SceneLine { path: path.display().to_string(), summary: summary(path)? })).collect()
+    Ok(paths)
+}
+
+/// All scenes of a folder and the folders below, each with its first comment.
+fn scenes(folder: &Path) -> anyhow::Result<Vec<SceneLine>> {
+    scene_paths(folder)?.iter().map(|path| Ok(SceneLine { path: path.display().to_string(), summary: summary(path)? })).collect()
 }
 
 /// Adds the scene files below `folder`.

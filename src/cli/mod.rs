@@ -4,10 +4,12 @@
 //! together: defaults filled in, contradictions refused, files found. Only then does the verb run.
 //!
 //! This is the one layer that knows the terminal, the clock, signals and the current folder. Results go to stdout, as text or with
-//! `--json`; progress and errors go to stderr. Exit codes: 0 done, 2 error, 130 interrupted.
+//! `--json`; progress and errors go to stderr. Exit codes: 0 done, 1 compared and different,
+//! 2 error, 130 interrupted.
 //! Files are written whole or not at all, also when the program is interrupted.
 
 mod args;
+mod crosscheck;
 mod drivers;
 mod interrupt;
 mod list;
@@ -22,7 +24,10 @@ use std::io;
 
 use clap::{Parser, Subcommand, error::ErrorKind};
 
-/// Exit code of every error, usage errors included.
+/// Exit code of a comparison that does not agree.
+pub const EXIT_DIFFERS: u8 = 1;
+
+/// Exit code of every error, usage errors included, and of a comparison that could not be made.
 pub const EXIT_ERROR: u8 = 2;
 
 /// Renders real-time caustics on a deterministic software GPU.
@@ -38,7 +43,9 @@ struct Line {
 pub enum Command {
     /// Render a scene to PNG and EXR
     Render(Box<render::LowArgs>),
-    /// List the techniques, the scenes in a folder, or what --set can change
+    /// Compare the software GPU with a Vulkan driver, attachment by attachment (in builds with the feature `wgpu`)
+    Crosscheck(Box<crosscheck::LowArgs>),
+    /// List the techniques, the scenes in a folder, the drivers, or what --set can change
     List(list::LowArgs),
 }
 
@@ -70,15 +77,25 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Parsed, St
     }
 }
 
+/// How a command that is no error can end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Done, and what was compared agrees.
+    Done,
+    /// Done, and what was compared does not agree.
+    Differs,
+}
+
 /// Does what the command says.
-pub fn run(command: Command) -> anyhow::Result<()> {
+pub fn run(command: Command) -> anyhow::Result<Outcome> {
     let result = match command {
-        Command::Render(low) => render::HiArgs::resolve(*low).and_then(|args| render::run(&args)),
-        Command::List(low) => list::run(&low),
+        Command::Render(low) => render::HiArgs::resolve(*low).and_then(|args| render::run(&args)).map(|()| Outcome::Done),
+        Command::Crosscheck(low) => crosscheck::HiArgs::resolve(*low).and_then(|args| crosscheck::run(&args)),
+        Command::List(low) => list::run(&low).map(|()| Outcome::Done),
     };
     match result {
         // `nephroid list scenes | head -1` is not an error.
-        Err(error) if error.downcast_ref::<io::Error>().is_some_and(|io| io.kind() == io::ErrorKind::BrokenPipe) => Ok(()),
+        Err(error) if error.downcast_ref::<io::Error>().is_some_and(|io| io.kind() == io::ErrorKind::BrokenPipe) => Ok(Outcome::Done),
         other => other,
     }
 }

@@ -1,6 +1,6 @@
 //! The one place where the command line meets the scene and the techniques.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use serde::Serialize;
@@ -109,21 +109,34 @@ pub fn prepare(request: &Request) -> anyhow::Result<Prepared> {
         Some(name) => caustics::technique(name)?.name(),
         None => caustics::TECHNIQUES.first().context("no technique is built in")?.name(),
     };
-    let mut scene = scene::load(&request.scene)?;
-    if let Some(radiometry) = request.radiometry {
+    let radiometry = request.radiometry.map(|radiometry| (technique, radiometry));
+    let scene = load(&request.scene, radiometry, request.size, request.time_s, &request.settings)?;
+    Ok(Prepared { technique, scene })
+}
+
+/// Loads a scene and applies overrides in this order.
+pub fn load(
+    path: &Path,
+    radiometry: Option<(&str, Radiometry)>,
+    size: Option<ImageSize>,
+    time_s: Option<f32>,
+    settings: &[Setting],
+) -> anyhow::Result<Scene> {
+    let mut scene = scene::load(path)?;
+    if let Some((technique, radiometry)) = radiometry {
         scene.set(&format!("{technique}.radiometry"), radiometry.name()).context("cannot apply --radiometry")?;
     }
-    if let Some(ImageSize { width, height }) = request.size {
+    if let Some(ImageSize { width, height }) = size {
         scene.set("image.width", &width.to_string()).context("cannot apply --size")?;
         scene.set("image.height", &height.to_string()).context("cannot apply --size")?;
     }
-    if let Some(time_s) = request.time_s {
+    if let Some(time_s) = time_s {
         scene.set("time_s", &time_s.to_string()).context("cannot apply --time")?;
     }
-    for Setting { key, value } in &request.settings {
+    for Setting { key, value } in settings {
         scene.set(key, value).context("cannot apply --set")?;
     }
-    Ok(Prepared { technique, scene })
+    Ok(scene)
 }
 
 /// Renders, with as many threads as the current rayon pool has; on a driver if one is asked for, by name or any.

@@ -1,9 +1,11 @@
 //! Two versions of one attachment, pixel by pixel.
 
+use serde::Serialize;
+
 use crate::pipeline::{ChannelKind, FormatInfo, Surface};
 
 /// How far two attachments are apart.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Pixels compared.
     pub pixels: u64,
@@ -24,7 +26,7 @@ pub struct Difference {
 }
 
 /// A pixel with its two values.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Pixel {
     /// Column.
     pub x: u32,
@@ -66,8 +68,8 @@ pub fn ulps(a: f32, b: f32) -> u64 {
     ordered(a).abs_diff(ordered(b))
 }
 
-/// Compares two surfaces of one format. `tolerance` is a relative error, 0 for bit equality; `scale` is the magnitude, as a share of the
-/// channel's mean, below which errors count as absolute ones.
+/// Compares two surfaces of one format. `tolerance` is a [`relative`] error, 0 for bit equality; its scale is each channel's mean magnitude, so
+/// that values near zero need not be better than the rest of the picture.
 #[must_use]
 pub fn compare(info: FormatInfo, expected: &Surface, actual: &Surface, tolerance: f64) -> Difference {
     let scales: Vec<f64> = (0..info.channels).map(|channel| mean_magnitude(expected, channel)).collect();
@@ -163,4 +165,78 @@ fn is_at_edge(info: FormatInfo, scales: &[f64], expected: &Surface, actual: &Sur
         }
         (low..=high).contains(&value) || relative(value, low, scales[channel]).min(relative(value, high, scales[channel])) <= tolerance
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::state::TextureFormat;
+    use crate::pipeline::{Texture, TextureDescriptor};
+
+    /// An 8x8 picture of one format with these numbers in channel 0, row by row.
+    fn picture(format: TextureFormat, value: impl Fn(u32, u32) -> f32) -> Texture {
+        let mut texture = Texture::new(TextureDescriptor::d2("t", 8, 8, format)).unwrap();
+        for (x, y) in (0..64).map(|i| (i % 8, i / 8)) {
+            texture.surface_mut(0, 0).set(x, y, 0, value(x, y));
+        }
+        texture
+    }
+
+    fn compared(a: &Texture, b: &Texture, tolerance: f64) -> Difference {
+        compare(a.info(), a.surface(0, 0), b.surface(0, 0), tolerance)
+    }
+
+    #[test]
+    fn equal_pictures_do_not_differ_and_zeros_have_no_sign() {
+        let a = picture(TextureFormat::R32Float, |x, _| x as f32);
+        let b = picture(TextureFormat::R32Float, |x, _| if x == 0 { -0.0 } else { x as f32 });
+        let d = compared(&a, &b, 0.0);
+        assert_eq!((d.pixels, d.differing, d.outliers, d.max_ulp, d.worst), (64, 0, 0, 0, None));
+    }
+
+    #[test]
+    fn a_last_place_counts_and_is_within_a_tolerance() {
+        let a = picture(TextureFormat::R32Float, |_, _| 1.0);
+        let b = picture(TextureFormat::R32Float, |x, y| if (x, y) == (3, 5) { 1.0 + f32::EPSILON } else { 1.0 });
+        let exact = compared(&a, &b, 0.0);
+        assert_eq!((exact.differing, exact.outliers, exact.max_ulp), (1, 1, 1));
+        assert_eq!(exact.first.map(|p| (p.x, p.y)), Some((3, 5)));
+        let loose = compared(&a, &b, 1.0e-6);
+        assert_eq!((loose.differing, loose.outliers), (1, 0));
+        assert!(loose.max_relative > 1.0e-7);
+    }
+
+    #[test]
+    fn a_moved_edge_is_explained_and_a_wrong_value_is_not() {
+        let a = picture(TextureFormat::R32Float, |x, _| if x < 4 { 1.0 } else { 5.0 });
+        let moved = picture(TextureFormat::R32Float, |x, _| if x < 5 { 1.0 } else { 5.0 });
+        let d = compared(&a, &moved, 1.0e-4);
+        assert_eq!((d.outliers, d.unexplained()), (8, 0));
+        let wrong = picture(TextureFormat::R32Float, |x, y| if (x, y) == (6, 6) { 9.0 } else { a.surface(0, 0).get(x, y, 0) });
+        let d = compared(&a, &wrong, 1.0e-4);
+        assert_eq!((d.outliers, d.unexplained()), (1, 1));
+    }
+
+    #[test]
+    fn not_a_number_and_infinity_are_outliers() {
+        let a = picture(TextureFormat::R32Float, |_, _| 1.0);
+        for bad in [f32::NAN, f32::INFINITY] {
+            let b = picture(TextureFormat::R32Float, |x, _| if x == 7 { bad } else { 1.0 });
+            assert_eq!(compared(&a, &b, 0.5).outliers, 8);
+            assert_eq!(compared(&b, &b, 0.0).differing, 0);
+        }
+    }
+
+    #[test]
+    fn integers_and_stencil_compare_as_integers() {
+        let a = picture(TextureFormat::R32Uint, |_, _| f32::from_bits(7));
+        let b = picture(TextureFormat::R32Uint, |x, _| f32::from_bits(if x == 1 { 9 } else { 7 }));
+        let d = compared(&a, &b, 0.0);
+        assert_eq!((d.outliers, d.max_ulp), (8, 2));
+        let mut stencil = Texture::new(TextureDescriptor::d2("s", 8, 8, TextureFormat::Stencil8)).unwrap();
+        let zeros = stencil.clone();
+        stencil.surface_mut(0, 0).set_stencil(2, 3, 255);
+        let d = compared(&zeros, &stencil, 0.5);
+        assert_eq!((d.outliers, d.max_ulp, d.unexplained()), (1, 255, 1));
+    }
 }

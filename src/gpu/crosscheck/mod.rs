@@ -2,19 +2,30 @@
 //!
 //! *Free-running*, each side reads what itself drew in earlier passes, and the driver shades vertices: the check is of the whole frame.
 //! *Resynchronised*, the driver starts every pass from the software GPU's attachments, and gets its vertices: what differs then is the doing
-//! of that one pass, after the vertex stage.
+//! of that one pass, after the vertex stage. Every attachment has a named [`Bound`]; the first that does not keep it is traced to a draw, a
+//! primitive and a pixel ([`locate`]).
 
+mod bounds;
 mod compare;
+mod locate;
+mod picture;
 
+use serde::Serialize;
+
+pub use bounds::{Bound, EXACT, bound_of};
 pub use compare::{Difference, Pixel, compare, relative, ulps};
+pub use locate::{Located, locate};
+pub use picture::{plain_tone, side_by_side};
 
 use super::{Gpu, GpuError, GpuFrame, Vertices};
 use crate::frame::cpu::{initial_textures, pipelines, run_frame_pass};
-use crate::frame::{Frame, FrameError};
+use crate::frame::{Frame, FrameError, TextureId, View};
+use crate::pipeline::state::TextureFormat;
 use crate::pipeline::{Device, Texture};
 
 /// What the driver starts each pass from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Mode {
     /// What it drew itself.
     FreeRunning,
@@ -23,47 +34,166 @@ pub enum Mode {
 }
 
 /// One attachment after one pass.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct AttachmentReport {
-    /// The pass.
+    /// Number of the pass.
+    pub pass_index: usize,
+    /// Its label.
     pub pass: String,
-    /// The texture.
+    /// The texture's label.
     pub texture: String,
+    /// Its format.
+    pub format: TextureFormat,
+    /// What it must keep to.
+    pub bound: Bound,
     /// How far the two versions are apart.
     pub difference: Difference,
+    /// Whether they keep to the bound.
+    pub within: bool,
+    #[serde(skip)]
+    pub(crate) view: View,
 }
 
-/// Runs a frame on both sides.
-///
-/// # Errors
-/// If the frame is not valid or the driver fails.
-pub fn crosscheck(gpu: &Gpu, device: &Device, frame: &Frame, mode: Mode) -> Result<Vec<AttachmentReport>, GpuError> {
-    let pipelines = pipelines(frame).map_err(FrameError::from)?;
-    let mut on_gpu = GpuFrame::new(gpu, frame)?;
-    let mut expected = initial_textures(frame).map_err(FrameError::from)?;
-    let mut actual = expected.clone();
-    let mut reports = Vec::new();
-    for (index, pass) in frame.passes.iter().enumerate() {
-        let (vertices, textures): (Vertices, &[Texture]) = match mode {
-            Mode::FreeRunning => (Vertices::Shaded, &actual),
-            Mode::Resynchronised => (Vertices::Pulled, &expected),
+/// A query of a pass: exact on both sides.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct QueryReport {
+    /// Number of the pass.
+    pub pass_index: usize,
+    /// Number of the query.
+    pub query: usize,
+    /// Fragments that passed on the software GPU.
+    pub expected: u64,
+    /// Fragments that passed on the driver.
+    pub actual: u64,
+}
+
+/// A frame, compared.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// How the driver's passes started.
+    pub mode: Mode,
+    /// By pass, then by attachment.
+    pub attachments: Vec<AttachmentReport>,
+    /// Occlusion queries that differ.
+    pub queries: Vec<QueryReport>,
+}
+
+impl Report {
+    /// Whether everything is within its bound.
+    #[must_use]
+    pub fn agrees(&self) -> bool {
+        self.first_failure().is_none() && self.queries.is_empty()
+    }
+
+    /// The first attachment beyond its bound.
+    #[must_use]
+    pub fn first_failure(&self) -> Option<&AttachmentReport> {
+        self.attachments.iter().find(|a| !a.within)
+    }
+}
+
+/// A frame on both sides, one pass at a time.
+pub(crate) struct Pair<'a> {
+    device: &'a Device,
+    mode: Mode,
+    on_cpu: &'a Frame,
+    pipelines: Vec<crate::pipeline::RenderPipeline>,
+    on_gpu: GpuFrame<'a>,
+    gpu_frame: &'a Frame,
+    /// What the software GPU has.
+    pub expected: Vec<Texture>,
+    /// What the driver has, as last read back.
+    pub actual: Vec<Texture>,
+}
+
+impl<'a> Pair<'a> {
+    pub fn new(gpu: &'a Gpu, device: &'a Device, on_cpu: &'a Frame, on_gpu: &'a Frame, mode: Mode) -> Result<Self, GpuError> {
+        let pipelines = pipelines(on_cpu).map_err(FrameError::from)?;
+        let expected = initial_textures(on_cpu).map_err(FrameError::from)?;
+        let actual = initial_textures(on_gpu).map_err(FrameError::from)?;
+        Ok(Self { device, mode, on_cpu, pipelines, on_gpu: GpuFrame::new(gpu, on_gpu)?, gpu_frame: on_gpu, expected, actual })
+    }
+
+    /// Runs a pass on both sides and reads the driver's attachments. Returns the queries of both.
+    pub fn run(&mut self, index: usize) -> Result<[Vec<u64>; 2], GpuError> {
+        let (expected, actual) = (&self.on_cpu.passes[index], &self.gpu_frame.passes[index]);
+        let (vertices, textures) = match self.mode {
+            Mode::FreeRunning => (Vertices::Shaded, &self.actual),
+            Mode::Resynchronised => (Vertices::Pulled, &self.expected),
         };
-        let ready = on_gpu.prepare(index, 0..pass.draws.len(), vertices, device, textures)?;
-        on_gpu.run([&ready])?;
-        run_frame_pass(device, frame, &pipelines, pass, &mut expected, None)?;
-        for view in pass.attachments() {
-            let number = view.texture.index();
-            on_gpu.download(view, &mut actual[number])?;
-            let [e, a] = [&expected, &actual].map(|t| t[number].surface(view.level, view.layer));
-            reports.push(AttachmentReport {
-                pass: pass.label.clone(),
-                texture: frame.textures[number].desc.label.clone(),
-                difference: compare(expected[number].info(), e, a, 1e-4),
-            });
-            if mode == Mode::Resynchronised {
-                on_gpu.upload(view.texture, &expected[number])?;
+        let ready = self.on_gpu.prepare(index, 0..actual.draws.len(), vertices, self.device, textures)?;
+        self.on_gpu.run([&ready])?;
+        let output = run_frame_pass(self.device, self.on_cpu, &self.pipelines, expected, &mut self.expected, None)?;
+        for view in actual.attachments() {
+            self.on_gpu.download(view, &mut self.actual[view.texture.index()])?;
+        }
+        Ok([output.queries, self.on_gpu.queries(&ready)?])
+    }
+
+    /// Gives the driver the software GPU's attachments of a pass, if that is the mode.
+    pub fn resynchronise(&mut self, index: usize) -> Result<(), GpuError> {
+        if self.mode == Mode::Resynchronised {
+            for view in self.on_cpu.passes[index].attachments() {
+                self.upload(view.texture)?;
             }
         }
+        Ok(())
     }
-    Ok(reports)
+
+    fn upload(&mut self, id: TextureId) -> Result<(), GpuError> {
+        self.on_gpu.upload(id, &self.expected[id.index()])?;
+        self.actual[id.index()] = self.expected[id.index()].clone();
+        Ok(())
+    }
+
+    /// Both versions of an attachment.
+    pub fn surfaces(&self, view: View) -> [&crate::pipeline::Surface; 2] {
+        [&self.expected, &self.actual].map(|textures| textures[view.texture.index()].surface(view.level, view.layer))
+    }
+}
+
+/// Runs a frame on both sides and compares every attachment after every pass. `watch` is given both versions of each attachment.
+///
+/// The two frames are the same, except where a test has planted a difference; they have the same textures and passes.
+///
+/// # Errors
+/// If the frame is not valid, or the driver lacks something or fails.
+pub fn crosscheck(
+    gpu: &Gpu,
+    device: &Device,
+    on_cpu: &Frame,
+    on_gpu: &Frame,
+    mode: Mode,
+    mut watch: impl FnMut(&AttachmentReport, [&crate::pipeline::Surface; 2]),
+) -> Result<Report, GpuError> {
+    let mut pair = Pair::new(gpu, device, on_cpu, on_gpu, mode)?;
+    let mut report = Report { mode, attachments: Vec::new(), queries: Vec::new() };
+    for (index, pass) in on_cpu.passes.iter().enumerate() {
+        let [expected, actual] = pair.run(index)?;
+        let queries = expected.into_iter().zip(actual).enumerate().filter(|(_, (e, a))| e != a);
+        report.queries.extend(queries.map(|(query, (expected, actual))| QueryReport { pass_index: index, query, expected, actual }));
+        for view in pass.attachments() {
+            let number = view.texture.index();
+            let desc = &on_cpu.textures[number].desc;
+            let info = pair.expected[number].info();
+            let bound = bound_of(gpu.adapter().family(), mode, &pass.label, &desc.label, info);
+            let surfaces = pair.surfaces(view);
+            let difference = compare(info, surfaces[0], surfaces[1], bound.tolerance);
+            let within = bound.holds(difference.pixels, difference.outliers, difference.unexplained());
+            let attachment = AttachmentReport {
+                pass_index: index,
+                pass: pass.label.clone(),
+                texture: desc.label.clone(),
+                format: desc.format,
+                bound,
+                difference,
+                within,
+                view,
+            };
+            watch(&attachment, surfaces);
+            report.attachments.push(attachment);
+        }
+        pair.resynchronise(index)?;
+    }
+    Ok(report)
 }

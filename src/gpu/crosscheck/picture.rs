@@ -1,0 +1,57 @@
+//! Expected, actual and difference, side by side.
+
+use super::{Difference, relative};
+use crate::image::{Layer, LayerError, ToneMap};
+use crate::pipeline::{FormatInfo, Surface};
+
+/// Columns between the three parts.
+const GAP: u32 = 4;
+
+/// A picture of two versions of an attachment: what the software GPU has, what the driver has, and the relative error.
+///
+/// Values are scaled so that twice the expected mean is white. Errors are red, as bright as their magnitude between 1e-7 and 1 on a
+/// logarithmic scale; pixels with equal bits are black. To be written with [`plain_tone`].
+///
+/// # Errors
+/// If the picture is too large for a layer.
+pub fn side_by_side(info: FormatInfo, [expected, actual]: [&Surface; 2], difference: &Difference) -> Result<Layer, LayerError> {
+    let (width, height) = (expected.width, expected.height);
+    let value = |s: &Surface, x: u32, y: u32, channel: usize| match info.channels {
+        0 => f32::from(s.stencil_at(x, y)),
+        channels => s.get(x, y, channel.min(channels - 1)),
+    };
+    let mut sum = 0.0;
+    for y in 0..height {
+        for x in 0..width {
+            let v = f64::from(value(expected, x, y, 0));
+            sum += if v.is_finite() { v.abs() } else { 0.0 };
+        }
+    }
+    let mean = (sum / (f64::from(width) * f64::from(height))).max(1.0e-12);
+    let colors = if info.channels >= 3 { [0, 1, 2] } else { [0, 0, 0] };
+    let shown = |s: &Surface, x, y| colors.map(|channel| (f64::from(value(s, x, y, channel)).abs() / (2.0 * mean)).min(1.0) as f32);
+    let whole = 3 * width + 2 * GAP;
+    let mut pixels = Vec::with_capacity(whole as usize * height as usize);
+    for y in 0..height {
+        pixels.extend((0..width).map(|x| shown(expected, x, y)));
+        pixels.extend((0..GAP).map(|_| [1.0; 3]));
+        pixels.extend((0..width).map(|x| shown(actual, x, y)));
+        pixels.extend((0..GAP).map(|_| [1.0; 3]));
+        pixels.extend((0..width).map(|x| {
+            let channels = (0..info.channels).map(|c| relative(value(expected, x, y, c), value(actual, x, y, c), mean));
+            let stencil = f64::from(u8::from(info.stencil && expected.stencil_at(x, y) != actual.stencil_at(x, y)));
+            let error = channels.fold(stencil, f64::max);
+            let bright = if error > 0.0 { ((libm::log10(error.min(1.0)) + 7.0) / 7.0).clamp(0.1, 1.0) as f32 } else { 0.0 };
+            // The pixel that the report names stands out.
+            let named = difference.first.is_some_and(|p| p.x.abs_diff(x).max(p.y.abs_diff(y)) == 3);
+            if named { [0.0, 1.0, 0.0] } else { [bright, bright * 0.2, bright * 0.1] }
+        }));
+    }
+    Layer::from_pixels("difference", whole, height, &pixels)
+}
+
+/// Shows values from 0 to 1 as they are.
+#[must_use]
+pub fn plain_tone() -> ToneMap {
+    ToneMap { exposure: 1.0, shoulder: 0.99, white: 1.0, desaturation: 0.0 }
+}
