@@ -98,7 +98,8 @@ impl Pulled {
             return;
         }
         let offset = [-dy, dx].map(|d| d / length * f64::from(width) * 0.5);
-        for (end, sign) in [(a, 1.0), (a, -1.0), (b, 1.0), (b, 1.0), (a, -1.0), (b, -1.0)] {
+        // Both triangles start at `a`, whose flat varyings are the line's.
+        for (end, sign) in [(a, 1.0), (a, -1.0), (b, 1.0), (a, -1.0), (b, -1.0), (b, 1.0)] {
             let moved = [0, 1].map(|axis| end[axis] + (sign * offset[axis]) as f32 * per_pixel[axis] * end[3]);
             self.data.extend([moved[0], moved[1], end[2], end[3]]);
             self.data.extend(&end[4..]);

@@ -148,7 +148,7 @@ fn {PULLED_VERTEX}(@builtin(vertex_index) index: u32) -> NephroidPulled {{
 /// `fs` itself becomes an ordinary function: an entry point cannot be called.
 fn counted_fragment(source: &str, program: &Program, location: u32) -> Result<String, String> {
     if program.fragment.is_none() {
-        return Ok(format!("{source}\n@fragment\nfn {COUNTED_FRAGMENT}() -> @location({location}) f32 {{\n    return 1.0;\n}}\n"));
+        return Ok(format!("{source}\n@fragment\nfn {COUNTED_FRAGMENT}() -> @location({location}) vec4<f32> {{\n    return vec4<f32>(1.0);\n}}\n"));
     }
     let (module, _) = parse(source)?;
     let entry = module.entry_points.iter().find(|e| e.name == "fs").ok_or("its twin has no entry point `fs`")?;
@@ -181,12 +181,12 @@ fn counted_fragment(source: &str, program: &Program, location: u32) -> Result<St
         fields.push(',');
     }
     let (arrow, keep) = if values.is_empty() { ("", "") } else { (" -> ", "let result = ") };
-    values.push("1.0".to_owned());
+    values.push("vec4<f32>(1.0)".to_owned());
     Ok(format!(
         "{}\nfn fs({plain}){arrow}{} {}
 struct NephroidCounted {{
     {fields}
-    @location({location}) nephroid_passed: f32,
+    @location({location}) nephroid_passed: vec4<f32>,
 }}
 
 @fragment
@@ -225,4 +225,66 @@ fn split_attributes(text: &str) -> (String, String) {
     }
     plain.push_str(rest);
     (plain, attributes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::caustics::{RenderOptions, Renderer};
+    use crate::gpu::conformance::program::program;
+
+    /// Every program of a shipped scene's frame, and the conformance programs.
+    fn programs() -> Vec<std::sync::Arc<Program>> {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pool.ron");
+        let mut scene = crate::scene::load(&path).unwrap();
+        (scene.image.width, scene.image.height) = (16, 16);
+        scene.time_s = 0.0;
+        scene.techniques.caustic_volumes.grid = Some((9, 9));
+        let frame = Renderer::new(&scene, &RenderOptions::default()).unwrap().build(&scene).frame;
+        let mut programs: Vec<_> = frame.pipelines.into_iter().map(|p| p.program).collect();
+        programs.extend([Interpolation::Flat, Interpolation::Linear, Interpolation::Perspective].map(program));
+        programs
+    }
+
+    #[test]
+    fn completed_twins_are_valid() {
+        let sources = [VertexSource::Shaded, VertexSource::Pulled { point_coord: false }, VertexSource::Pulled { point_coord: true }];
+        for program in programs() {
+            for vertices in sources {
+                for counter in [None, Some(5)] {
+                    if vertices == VertexSource::Shaded && program.geometry.is_some() {
+                        continue;
+                    }
+                    let twin = Twin::new(&program, vertices, program.fragment.is_some(), counter);
+                    assert!(twin.is_ok(), "{}, {vertices:?}, {counter:?}: {twin:?}", program.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn fragments_that_return_nothing_or_one_value_are_counted() {
+        let program = program(Interpolation::Flat);
+        for fragment in [
+            "@fragment\nfn fs(@builtin(position) at: vec4<f32>) {\n    if at.x < 3.0 { discard; }\n}",
+            "@fragment\nfn fs(@builtin(position) at: vec4<f32>) -> @builtin(frag_depth) f32 {\n    return at.x * 0.001;\n}",
+            "@fragment\nfn fs() -> @location(0) vec4<f32> {\n    return vec4<f32>(1.0);\n}",
+        ] {
+            let counted = counted_fragment(fragment, &program, 1).unwrap();
+            let (module, _) = parse(&counted).unwrap();
+            assert_eq!(module.entry_points.iter().map(|e| e.name.as_str()).collect::<Vec<_>>(), [COUNTED_FRAGMENT], "{counted}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_completed_says_why() {
+        let mut without = (*program(Interpolation::Flat)).clone();
+        without.wgsl = None;
+        let error = Twin::new(&without, VertexSource::Shaded, true, None).unwrap_err().to_string();
+        assert_eq!(error, "program `conformance_flat`: it has no WGSL twin");
+        without.wgsl = Some("@fragment fn fs() -> @location(0) vec4<f32> { return vec4<f32>(); }");
+        assert!(Twin::new(&without, VertexSource::Shaded, true, None).is_err());
+        without.wgsl = Some("not wgsl");
+        assert!(Twin::new(&without, VertexSource::Shaded, true, None).is_err());
+    }
 }
