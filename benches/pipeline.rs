@@ -2,64 +2,29 @@
 //!
 //! `cargo bench` prints Markdown tables, `cargo bench -- splats` only the rows that name contains. Pixels are counted as rasterized, before the depth test.
 
-use std::sync::Arc;
+mod shared;
+
 use std::time::Instant;
 
 use glam::{UVec2, Vec2, Vec3};
 use nephroid::caustics::{RenderOptions, Renderer};
-use nephroid::frame::{FrameObserver, FramePass};
 use nephroid::geom::shapes::Terrain;
-use nephroid::math::lanes::Lanes;
 use nephroid::math::level::level_name;
-use nephroid::math::rng::uniform3;
-use nephroid::math::vector::v4;
-use nephroid::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Program, VertexInput, VertexOutput, VertexShader};
 use nephroid::pipeline::state::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState,
     DepthStencilState, PrimitiveState, PrimitiveTopology, RasterRules, StencilFaceState, StencilOperation, StencilState, TextureFormat,
 };
 use nephroid::pipeline::{
-    Binding, BindingKind, Bindings, Buffer, ColorAttachment, DepthStencilAttachment, Device, DeviceOptions, Draw, LoadOp, Observer, Pass,
-    PassOutput, RenderPipeline, RenderPipelineDescriptor, Texture, TextureDescriptor, run_pass,
+    Binding, Bindings, Buffer, ColorAttachment, DepthStencilAttachment, Device, DeviceOptions, Draw, LoadOp, Pass, RenderPipeline,
+    RenderPipelineDescriptor, Texture, TextureDescriptor, run_pass,
 };
-use nephroid::scene::{Aim, CausticVolumes, Faces, Light, Scene, Shape};
+use nephroid::scene::{Aim, Light, Scene, Shape};
 
-const SIZE: (u32, u32) = (1024, 768);
-const FRAMES: usize = 12;
+use shared::{FRAMES, PAPER_FRAMES, PaperFrame, PassClock, SIZE, median, paper_scene, wanted};
 
-struct Clip;
-impl VertexShader for Clip {
-    #[inline(always)]
-    fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
-        let vertices: &[[f32; 4]] = bindings.storage(0);
-        output.position = input.per_vertex4(|i| vertices[i as usize]);
-        output.point_size = output.position.x.like(3.0);
-    }
-}
-
-struct Constant;
-impl FragmentShader for Constant {
-    const PER_PRIMITIVE: bool = true;
-    #[inline(always)]
-    fn fragment<L: Lanes>(&self, _bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
-        let c = L::splat(input.token, 1.0 / 256.0);
-        output.color[0] = v4(c, c, c, c);
-    }
-}
-
-/// Triangles of about `pixels` pixels at random places and depths, or points.
+/// [`triangles`] as a buffer, or points.
 fn vertices(count: u32, pixels: f32, corners: u32) -> Buffer {
-    let side = (pixels * 4.0 / 3.0_f32.sqrt()).sqrt();
-    let mut data = Vec::with_capacity((count * corners) as usize);
-    for i in 0..count {
-        let [x, y, z] = uniform3(1, 0, i);
-        let (cx, cy) = (x * SIZE.0 as f32, y * SIZE.1 as f32);
-        for [dx, dy] in [[-0.5, 0.29], [0.5, 0.29], [0.0, -0.58]].iter().take(corners as usize) {
-            let (px, py) = (cx + dx * side, cy + dy * side);
-            data.push([px / SIZE.0 as f32 * 2.0 - 1.0, 1.0 - py / SIZE.1 as f32 * 2.0, z, 1.0_f32]);
-        }
-    }
-    Buffer::from_slice(&data)
+    Buffer::from_slice(&shared::triangles(SIZE, count, pixels, corners))
 }
 
 struct Bench {
@@ -76,8 +41,7 @@ enum Mode {
 }
 
 fn pipeline(mode: Mode, topology: PrimitiveTopology) -> RenderPipeline {
-    let program = Program { bindings: vec![BindingKind::Storage(16)], ..Program::new("bench", Clip, Constant) };
-    let program = if mode == Mode::Stencil { Program { fragment: None, ..program } } else { program };
+    let program = shared::program(mode != Mode::Stencil);
     let add = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
     let face = StencilFaceState { pass_op: StencilOperation::IncrementWrap, ..StencilFaceState::IGNORE };
     let stencil = if mode == Mode::Stencil {
@@ -99,15 +63,10 @@ fn pipeline(mode: Mode, topology: PrimitiveTopology) -> RenderPipeline {
             blend: Some(BlendState { color: add, alpha: add }),
             write_mask: if mode == Mode::Stencil { ColorWrites::empty() } else { ColorWrites::ALL },
         })],
-        ..RenderPipelineDescriptor::new("bench", Arc::new(program))
+        ..RenderPipelineDescriptor::new("bench", program)
     };
     let desc = if mode == Mode::Stencil { RenderPipelineDescriptor { targets: Vec::new(), ..desc } } else { desc };
     RenderPipeline::new(desc, RasterRules::REFERENCE).expect("the pipeline is valid")
-}
-
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
 }
 
 impl Bench {
@@ -155,12 +114,6 @@ impl Bench {
     }
 }
 
-/// Whether the command line asks for a benchmark: it names a part of it, or nothing.
-fn wanted(name: &str) -> bool {
-    let mut filters = std::env::args().skip(1).filter(|a| !a.starts_with('-')).peekable();
-    filters.peek().is_none() || filters.any(|f| name.contains(&f))
-}
-
 fn microbenchmarks() {
     let mut bench = Bench::new();
     let level = level_name(bench.device.execution().level);
@@ -187,43 +140,6 @@ fn microbenchmarks() {
     row(name, 0.16, "M draws/s", &|| vertices(80_000 * 2 * 8, 60.0, 3), Mode::Stencil, triangles, 160_000, 24);
 }
 
-/// Seconds per pass of a frame, in order.
-#[derive(Default)]
-struct PassClock {
-    begun: Option<Instant>,
-    seconds: Vec<(String, f64)>,
-}
-
-impl FrameObserver for PassClock {
-    fn pass_begin(&mut self, _index: usize, _pass: &FramePass) -> Option<&mut dyn Observer> {
-        self.begun = Some(Instant::now());
-        None
-    }
-    fn pass_end(&mut self, _index: usize, pass: &FramePass, _textures: &[Texture], _output: &PassOutput) {
-        let seconds = self.begun.map_or(0.0, |begun| begun.elapsed().as_secs_f64());
-        self.seconds.push((pass.label.clone(), seconds));
-    }
-}
-
-/// A frame of the paper and what its authors measured on their fastest machine.
-struct PaperFrame {
-    name: &'static str,
-    scene: &'static str,
-    /// Objects of the scene that are kept.
-    objects: usize,
-    grid: u32,
-    size: u32,
-    paper: &'static str,
-}
-
-const PAPER_FRAMES: [PaperFrame; 5] = [
-    PaperFrame { name: "figure 4: empty pool", scene: "scenes/pots.ron", objects: 1, grid: 64, size: 512, paper: "31 ms" },
-    PaperFrame { name: "the same pool", scene: "scenes/pots.ron", objects: 1, grid: 128, size: 1024, paper: "not given" },
-    PaperFrame { name: "figure 7: pots", scene: "scenes/pots.ron", objects: usize::MAX, grid: 128, size: 512, paper: "not given" },
-    PaperFrame { name: "figure 3: columns", scene: "scenes/columns.ron", objects: usize::MAX, grid: 128, size: 512, paper: "116 ms" },
-    PaperFrame { name: "figure 3: columns", scene: "scenes/columns.ron", objects: usize::MAX, grid: 128, size: 1024, paper: "333 ms" },
-];
-
 /// Median seconds of a technique's frames and of each of their passes, light and fluid moving.
 fn time_frames(mut scene: Scene) -> (f64, Vec<(String, f64)>) {
     let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("a renderer");
@@ -246,15 +162,6 @@ fn time_frames(mut scene: Scene) -> (f64, Vec<(String, f64)>) {
         }
     }
     (median(frames), passes.into_iter().map(|(label, seconds)| (label, median(seconds))).collect())
-}
-
-/// A shipped scene with the paper's settings. Which faces are drawn changes the cost and not the picture; the paper draws those in front.
-fn paper_scene(path: &str, grid: u32, size: u32) -> Scene {
-    let mut scene = nephroid::scene::load(std::path::Path::new(path)).expect("a shipped scene");
-    scene.image.width = size;
-    scene.image.height = size;
-    scene.techniques.caustic_volumes = CausticVolumes { grid: Some((grid + 1, grid + 1)), faces: Faces::Back, ..CausticVolumes::PAPER };
-    scene
 }
 
 /// Whole frames with everything rebuilt [SF05 §4]; then where their time goes.

@@ -225,8 +225,7 @@ fn occlusion_queries_are_counted_exactly() {
         let mut frame = frame();
         frame.passes.truncate(1);
         let depth = frame.texture(TextureDescriptor::d2("depth", SIZE, SIZE, TextureFormat::Depth32Float));
-        frame.passes[0].depth =
-            Some(DepthTarget { view: depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
+        frame.passes[0].depth = Some(DepthTarget { view: depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
         let depth_state = DepthStencilState {
             format: TextureFormat::Depth32Float,
             depth_write_enabled: Some(true),

@@ -1,5 +1,6 @@
 //! Runs frames on a device, pass by pass or as a whole.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -117,6 +118,8 @@ impl<'f> GpuFrame<'f> {
         let pass = &self.frame.passes[index];
         let counters = self.counters(pass)?;
         let mut ready = Vec::with_capacity(draws.len());
+        // Draws by the thousand share a few bind groups.
+        let mut groups = BTreeMap::new();
         for number in draws {
             let draw = &pass.draws[number];
             let pulled = match vertices == Vertices::Pulled || must_be_pulled(self.frame, draw) {
@@ -134,7 +137,11 @@ impl<'f> GpuFrame<'f> {
                 self.compiled.insert(key, Compiled::new(self.gpu, &self.frame.pipelines[draw.pipeline.index()], variant)?);
             }
             let compiled = &self.compiled[&key];
-            let group = self.bind_group(draw, compiled)?;
+            let group = match groups.entry((key, draw.bind_group, draw.dynamic_offset)) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(new) => new.insert(self.bind_group(draw, compiled)?),
+            };
+            let group = group.clone();
             let pulled = pulled.map_or(Ok(Vec::new()), |p| self.pulled_pieces(&p, compiled))?;
             ready.push(GpuDraw { number, pipeline: key, group, pulled });
         }

@@ -1,0 +1,191 @@
+//! The software GPU against every Vulkan adapter: the same frames in one run, warm, medians and ratios, whole and per pass.
+//!
+//! `cargo bench --features wgpu --bench drivers` prints Markdown tables; a further word names the rows that are wanted. A driver is given a frame whose
+//! pipelines, textures and buffers are ready; its time is from submission to the end, in one submission for a whole frame and in one per pass for
+//! passes. What WebGPU lacks is not in a driver's time: sprites and the geometry stage's hulls lie in a buffer as triangles. In the software
+//! GPU's time it is.
+
+mod shared;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use nephroid::caustics::{RenderOptions, Renderer};
+use nephroid::frame::{BindEntry, ColorTarget, CpuExecutor, DepthTarget, Executor as _, Frame, FrameDraw, FramePass};
+use nephroid::gpu::{Gpu, GpuFrame, Vertices, adapters};
+use nephroid::pipeline::state::{
+    BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState,
+    DepthStencilState, PrimitiveState, PrimitiveTopology, StencilFaceState, StencilOperation, StencilState, TextureFormat,
+};
+use nephroid::pipeline::{Buffer, Device, DeviceOptions, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
+
+use shared::{FRAMES, PAPER_FRAMES, PaperFrame, PassClock, SIZE, median, paper_scene, triangles, wanted};
+
+/// Frames run before the ones that count.
+const WARM_UP: usize = 3;
+/// Most memory that a frame may take, bytes.
+const MEMORY: u64 = 8 << 30;
+
+/// What the depth-stencil attachment does.
+#[derive(Clone, Copy, PartialEq)]
+enum Mode {
+    Add,
+    AddDepth,
+    Stencil,
+}
+
+/// A drawing of `count` primitives; `draws` of them in one pass.
+fn microbenchmark(mode: Mode, topology: PrimitiveTopology, count: u32, pixels: f32, draws: u32) -> Frame {
+    let corners = if topology == PrimitiveTopology::PointList { 1 } else { 3 };
+    let positions = triangles(SIZE, count, pixels, corners);
+    let face = StencilFaceState { pass_op: StencilOperation::IncrementWrap, ..StencilFaceState::IGNORE };
+    let counts = StencilState { front: face, back: face, read_mask: 0xff, write_mask: 0xff };
+    let depth_stencil = (mode != Mode::Add).then(|| DepthStencilState {
+        format: TextureFormat::Depth32FloatStencil8,
+        depth_write_enabled: Some(mode == Mode::AddDepth),
+        depth_compare: Some(if mode == Mode::AddDepth { CompareFunction::LessEqual } else { CompareFunction::Always }),
+        stencil: if mode == Mode::Stencil { counts } else { StencilState::default() },
+        bias: DepthBiasState::default(),
+    });
+    let mut frame = Frame::default();
+    let buffer = frame.buffer("positions", Arc::new(Buffer::from_slice(&positions)));
+    let group = frame.bind_group(vec![BindEntry::Storage(buffer)]);
+    let add = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
+    let state = ColorTargetState {
+        format: TextureFormat::R32Float,
+        blend: Some(BlendState { color: add, alpha: add }),
+        write_mask: ColorWrites::ALL,
+    };
+    let (width, height) = SIZE;
+    let mut pass = FramePass { label: "bench".into(), ..FramePass::default() };
+    let colored = mode != Mode::Stencil;
+    if colored {
+        let view = frame.texture(TextureDescriptor::d2("color", width, height, TextureFormat::R32Float)).into();
+        pass.color = vec![Some(ColorTarget { view, load: LoadOp::Clear(Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 }) })];
+    }
+    pass.depth = depth_stencil.as_ref().map(|state| DepthTarget {
+        view: frame.texture(TextureDescriptor::d2("depth", width, height, state.format)).into(),
+        depth_load: LoadOp::Clear(1.0),
+        stencil_load: LoadOp::Clear(0),
+    });
+    let pipeline = frame.pipeline(RenderPipelineDescriptor {
+        primitive: PrimitiveState { topology, ..PrimitiveState::default() },
+        depth_stencil,
+        targets: if colored { vec![Some(state)] } else { Vec::new() },
+        ..RenderPipelineDescriptor::new("bench", shared::program(colored))
+    });
+    let each = count * corners / draws;
+    pass.draws = (0..draws).map(|d| FrameDraw::new(pipeline, group, d * each..(d + 1) * each)).collect();
+    frame.passes.push(pass);
+    frame
+}
+
+/// Median seconds of a whole frame, and of each of its passes.
+struct Timed {
+    whole: f64,
+    passes: Vec<f64>,
+}
+
+/// Medians over frames, given each frame's seconds and those of its passes.
+fn medians(frames: Vec<(f64, Vec<f64>)>) -> Timed {
+    let kept = &frames[WARM_UP..];
+    let pass = |k: usize| median(kept.iter().map(|(_, passes)| passes[k]).collect());
+    Timed { whole: median(kept.iter().map(|f| f.0).collect()), passes: (0..kept[0].1.len()).map(pass).collect() }
+}
+
+fn time_software(frame: &Frame) -> Timed {
+    let device = Device::new(DeviceOptions::default()).expect("threads start");
+    let mut executor = CpuExecutor::new(device, MEMORY);
+    let run = || {
+        let mut clock = PassClock::default();
+        executor.run(frame, Some(&mut clock)).expect("the frame runs");
+        let start = Instant::now();
+        executor.run(frame, None).expect("the frame runs");
+        (start.elapsed().as_secs_f64(), clock.seconds.into_iter().map(|p| p.1).collect())
+    };
+    medians(std::iter::repeat_with(run).take(FRAMES + WARM_UP).collect())
+}
+
+fn time_driver(gpu: &Gpu, frame: &Frame) -> Timed {
+    let device = Device::new(DeviceOptions::default()).expect("threads start");
+    // The stages that the software GPU runs read what it drew itself.
+    let mut executor = CpuExecutor::new(Device::new(DeviceOptions::default()).expect("threads start"), MEMORY);
+    let textures = executor.run(frame, None).expect("the frame runs").textures.to_vec();
+    let mut on_gpu = GpuFrame::new(gpu, frame).expect("the driver holds the frame");
+    let ready = |(index, pass): (usize, &FramePass)| {
+        on_gpu.prepare(index, 0..pass.draws.len(), Vertices::Shaded, &device, &textures).expect("the driver can draw it")
+    };
+    let passes: Vec<_> = frame.passes.iter().enumerate().map(ready).collect();
+    let run = || {
+        let mut seconds = Vec::new();
+        for pass in &passes {
+            let start = Instant::now();
+            on_gpu.run([pass]).expect("the driver draws");
+            seconds.push(start.elapsed().as_secs_f64());
+        }
+        let start = Instant::now();
+        on_gpu.run(&passes).expect("the driver draws");
+        (start.elapsed().as_secs_f64(), seconds)
+    };
+    medians(std::iter::repeat_with(run).take(FRAMES + WARM_UP).collect())
+}
+
+/// One line: milliseconds of the software GPU, and of each driver with the ratio to it.
+fn row(name: &str, software: f64, drivers: impl Iterator<Item = f64>) {
+    print!("| {name} | {:.1} ms |", software * 1.0e3);
+    for seconds in drivers {
+        print!(" {:.1} ms | {:.1}x |", seconds * 1.0e3, seconds / software);
+    }
+    println!();
+}
+
+fn header(what: &str, gpus: &[Gpu]) {
+    print!("\n| {what} | nephroid |");
+    gpus.iter().for_each(|gpu| print!(" {} | ratio |", gpu.adapter().name()));
+    println!("\n|---|---|{}", "---|---|".repeat(gpus.len()));
+}
+
+fn main() {
+    let gpus: Vec<Gpu> = adapters().into_iter().map(|a| Gpu::open(a).expect("the adapter opens")).collect();
+    if gpus.is_empty() {
+        println!("not run: there is no Vulkan adapter");
+        return;
+    }
+    let threads = Device::new(DeviceOptions::default()).expect("threads start").threads();
+    println!("{threads} threads, medians of {FRAMES} frames after {WARM_UP}; micro-benchmarks at {}x{}", SIZE.0, SIZE.1);
+    gpus.iter().for_each(|gpu| println!("- {}", gpu.adapter().title()));
+    let (list, points) = (PrimitiveTopology::TriangleList, PrimitiveTopology::PointList);
+    header("what", &gpus);
+    for (name, mode, topology, count, pixels, draws) in [
+        ("additive f32 fill, 2,000-pixel triangles", Mode::Add, list, 20_000, 2000.0, 1),
+        ("the same with depth test and write", Mode::AddDepth, list, 20_000, 2000.0, 1),
+        ("stencil increments", Mode::Stencil, list, 20_000, 2000.0, 1),
+        ("8-pixel triangles, depth test and write, additive f32", Mode::AddDepth, list, 300_000, 8.0, 1),
+        ("3x3 splats, one channel", Mode::Add, points, 1_000_000, 9.0, 1),
+        ("80,000 beams x 2 stencil draws of 8 triangles", Mode::Stencil, list, 80_000 * 2 * 8, 60.0, 160_000),
+    ] {
+        if wanted(name) {
+            let frame = microbenchmark(mode, topology, count, pixels, draws);
+            let software = time_software(&frame).whole;
+            row(name, software, gpus.iter().map(|gpu| time_driver(gpu, &frame).whole));
+        }
+    }
+    for PaperFrame { name, scene, objects, grid, size, paper } in PAPER_FRAMES {
+        let name = format!("{name}, {grid}x{grid} grid, {size}x{size} pixels");
+        if !wanted(&format!("frame {name}")) {
+            continue;
+        }
+        let mut scene = paper_scene(scene, grid, size);
+        scene.objects.truncate(objects);
+        scene.time_s = 1.0;
+        let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("a renderer");
+        let frame = Arc::new(renderer.build(&scene).frame);
+        let software = time_software(&frame);
+        let drivers: Vec<Timed> = gpus.iter().map(|gpu| time_driver(gpu, &frame)).collect();
+        header(&name, &gpus);
+        row(&format!("whole frame (the paper's GPU: {paper})"), software.whole, drivers.iter().map(|d| d.whole));
+        for (k, pass) in frame.passes.iter().enumerate() {
+            row(&format!("pass `{}`", pass.label), software.passes[k], drivers.iter().map(|d| d.passes[k]));
+        }
+    }
+}
