@@ -55,6 +55,22 @@ fn help_and_version_go_to_stdout_and_succeed() {
     }
 }
 
+/// Without a driver a comparison is not run, and that is an error: it must never look like one that passed.
+#[test]
+fn comparisons_without_a_driver_are_not_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let output = nephroid(folder.path()).env("VK_DRIVER_FILES", "/no/such/driver.json").args(arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    for arguments in [&["crosscheck", "--conformance"][..], &["crosscheck", "scene.ron"], &["crosscheck", "--all", "--json"]] {
+        assert!(run(arguments).contains("not run: "), "{arguments:?}");
+    }
+    let missing = if cfg!(feature = "wgpu") { "no Vulkan adapter" } else { "this build has no drivers" };
+    assert!(run(&["list", "adapters"]).contains(missing));
+}
+
 #[test]
 fn usage_errors_exit_with_2() {
     for (arguments, expected) in [
