@@ -13,6 +13,7 @@ pub mod crosscheck;
 mod depth_copy;
 mod device;
 mod executor;
+mod frame;
 mod pipeline;
 mod pull;
 mod resources;
@@ -20,7 +21,8 @@ mod twin;
 
 pub use adapter::{Adapter, AdapterLine, Family, adapters, find_adapter};
 pub use device::Gpu;
-pub use executor::{GpuExecutor, GpuFrame, GpuPass, Vertices};
+pub use executor::GpuExecutor;
+pub use frame::{GpuFrame, GpuPass, Vertices};
 
 use crate::frame::FrameError;
 

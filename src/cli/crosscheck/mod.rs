@@ -1,0 +1,154 @@
+//! `nephroid crosscheck`: frames on the software GPU and on a driver, compared after every pass.
+
+#[cfg(feature = "wgpu")]
+mod run;
+
+use std::path::PathBuf;
+
+use anyhow::ensure;
+use clap::ValueEnum;
+
+use crate::cli::args::{self, ImageSize, Setting};
+
+/// The arguments as typed.
+#[derive(Debug, clap::Args)]
+pub struct LowArgs {
+    /// Scene files to compare (RON)
+    scenes: Vec<PathBuf>,
+
+    /// Compare every scene in the folder scenes/ and below, with every technique
+    #[arg(long)]
+    all: bool,
+
+    /// Draw random and adversarial primitives, more than a million triangles, and compare those
+    #[arg(long)]
+    conformance: bool,
+
+    /// With --conformance: the share of its primitives that is drawn, above 0 to 1
+    #[arg(long, value_name = "SHARE", value_parser = args::share, requires = "conformance")]
+    share: Option<f64>,
+
+    /// Part of the name of the adapter; `nephroid list adapters` shows them [default: the first of them]
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+
+    /// What the driver starts each pass from
+    #[arg(long, value_name = "MODE", default_value = "both")]
+    mode: Modes,
+
+    /// Image size in pixels [default: each scene's]
+    #[arg(long, value_name = "WxH", value_parser = args::image_size)]
+    size: Option<ImageSize>,
+
+    /// Change a value of the scenes or a setting of the techniques; may be repeated, the last one wins
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = args::setting)]
+    settings: Vec<Setting>,
+
+    /// Folder for a picture of each attachment that is beyond its bound: expected, actual, difference [default: none is written]
+    #[arg(short, long = "output", value_name = "FOLDER")]
+    output: Option<PathBuf>,
+
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What the driver starts each pass from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Modes {
+    /// From what it drew itself
+    Free,
+    /// From what the software GPU drew, with its vertices
+    Resync,
+    /// First one, then the other
+    Both,
+}
+
+/// The arguments as meant.
+#[derive(Debug)]
+pub struct HiArgs {
+    /// Scene files; all below scenes/ if `all`.
+    pub scenes: Vec<PathBuf>,
+    /// Take every scene that is shipped.
+    pub all: bool,
+    /// Share of the conformance run, if it is asked for.
+    pub conformance: Option<f64>,
+    /// Part of an adapter's name.
+    pub adapter: Option<String>,
+    /// What the driver starts each pass from.
+    pub mode: Modes,
+    /// Overrides the scenes' image size.
+    pub size: Option<ImageSize>,
+    /// Further overrides.
+    pub settings: Vec<Setting>,
+    /// Where pictures go.
+    pub output: Option<PathBuf>,
+    /// JSON instead of a table.
+    pub json: bool,
+}
+
+impl HiArgs {
+    /// Resolves the arguments. Reads nothing.
+    pub fn resolve(low: LowArgs) -> anyhow::Result<Self> {
+        ensure!(
+            !low.scenes.is_empty() || low.all || low.conformance,
+            "nothing to compare: name scene files, or give --all or --conformance"
+        );
+        ensure!(low.scenes.is_empty() || !low.all, "--all takes every scene there is; leave out the names");
+        Ok(Self {
+            scenes: low.scenes,
+            all: low.all,
+            conformance: low.conformance.then(|| low.share.unwrap_or(1.0)),
+            adapter: low.adapter,
+            mode: low.mode,
+            size: low.size,
+            settings: low.settings,
+            output: low.output,
+            json: low.json,
+        })
+    }
+}
+
+/// Compares, and says so. Without a driver nothing is compared, and that is an error.
+#[cfg(not(feature = "wgpu"))]
+pub fn run(_args: &HiArgs) -> anyhow::Result<crate::cli::Outcome> {
+    anyhow::bail!("not run: {}", crate::cli::drivers::WITHOUT)
+}
+
+#[cfg(feature = "wgpu")]
+pub use run::run;
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser as _;
+
+    use super::*;
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        low: LowArgs,
+    }
+
+    fn resolve(words: &[&str]) -> anyhow::Result<HiArgs> {
+        HiArgs::resolve(Line::try_parse_from(["crosscheck"].iter().chain(words))?.low)
+    }
+
+    #[test]
+    fn something_must_be_compared() {
+        assert!(resolve(&[]).unwrap_err().to_string().starts_with("nothing to compare"));
+        assert!(resolve(&["a.ron", "--all"]).is_err());
+        assert!(resolve(&["a.ron"]).is_ok());
+        assert!(resolve(&["--all", "--mode", "free"]).is_ok());
+    }
+
+    #[test]
+    fn a_share_is_of_the_conformance_run() {
+        assert_eq!(resolve(&["--conformance"]).unwrap().conformance, Some(1.0));
+        assert_eq!(resolve(&["--conformance", "--share", "0.25"]).unwrap().conformance, Some(0.25));
+        for share in ["0", "-1", "1.5", "nan", "x"] {
+            assert!(resolve(&["--conformance", "--share", share]).is_err(), "{share} was accepted");
+        }
+        assert!(resolve(&["--all", "--share", "0.5"]).is_err());
+    }
+}

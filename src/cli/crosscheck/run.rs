@@ -1,0 +1,194 @@
+//! Running the comparison and telling its result.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+use serde::Serialize;
+
+use super::{HiArgs, Modes};
+use crate::caustics::{RenderOptions, Renderer, TECHNIQUES};
+use crate::cli::{Outcome, interrupt, list, output, renderer};
+use crate::frame::Frame;
+use crate::gpu::crosscheck::{AttachmentReport, Located, Mode, Report, crosscheck, locate, plain_tone, side_by_side};
+use crate::gpu::{Gpu, GpuError, find_adapter};
+use crate::image::{file, png};
+use crate::pipeline::{Device, DeviceOptions, Surface, format_info};
+
+/// Everything that was compared.
+#[derive(Serialize)]
+struct All {
+    adapter: String,
+    rules: &'static str,
+    agrees: bool,
+    frames: Vec<FrameReport>,
+}
+
+/// One frame in one mode.
+#[derive(Serialize)]
+struct FrameReport {
+    scene: String,
+    technique: &'static str,
+    #[serde(flatten)]
+    report: Report,
+    located: Option<Located>,
+    pictures: Vec<PathBuf>,
+}
+
+/// Compares, and says so.
+pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
+    interrupt::install()?;
+    let adapter = match find_adapter(args.adapter.as_deref()) {
+        Err(GpuError::NoAdapter) => anyhow::bail!("not run: {}", GpuError::NoAdapter),
+        other => other?,
+    };
+    let gpu = Gpu::open(adapter)?;
+    let device = Device::new(DeviceOptions::default())?;
+    let rules = gpu.adapter().family().candidates()[0];
+    let scenes = if args.all { list::scene_paths(Path::new("scenes"))? } else { args.scenes.clone() };
+    if let Some(folder) = &args.output {
+        fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    }
+    let mut all = All { adapter: gpu.adapter().title(), rules: rules.0, agrees: true, frames: Vec::new() };
+    let modes: &[Mode] = match args.mode {
+        Modes::Free => &[Mode::FreeRunning],
+        Modes::Resync => &[Mode::Resynchronised],
+        Modes::Both => &[Mode::Resynchronised, Mode::FreeRunning],
+    };
+    if !args.json {
+        output::text(&format!("{}, compared under the rules {}\n", all.adapter, all.rules))?;
+    }
+    for scene in &scenes {
+        let loaded = renderer::load(scene, None, args.size, None, &args.settings)?;
+        for technique in TECHNIQUES {
+            let options = RenderOptions { technique: technique.name().to_owned(), ..RenderOptions::default() };
+            let mut frame = Renderer::new(&loaded, &options)?.build(&loaded).frame;
+            frame.rules = rules.1;
+            for &mode in modes {
+                let report = check(args, &gpu, &device, &frame, mode, scene, technique.name())?;
+                all.agrees &= report.report.agrees();
+                if !args.json {
+                    output::text(&table(&report))?;
+                }
+                all.frames.push(report);
+            }
+        }
+    }
+    if args.json {
+        output::json(&all)?;
+    } else {
+        output::text(if all.agrees { "all within their bounds\n" } else { "not all within their bounds\n" })?;
+    }
+    Ok(if all.agrees { Outcome::Done } else { Outcome::Differs })
+}
+
+fn check(
+    args: &HiArgs,
+    gpu: &Gpu,
+    device: &Device,
+    frame: &Frame,
+    mode: Mode,
+    scene: &Path,
+    technique: &'static str,
+) -> anyhow::Result<FrameReport> {
+    let mut pictures = Vec::new();
+    let mut failed = None;
+    let watch = |attachment: &AttachmentReport, surfaces: [&Surface; 2]| {
+        if let (false, Some(folder)) = (attachment.within, &args.output)
+            && failed.is_none()
+        {
+            let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+            let name = format!("{stem}-{technique}-{mode:?}-{}-{}.png", attachment.pass, attachment.texture).replace(' ', "-");
+            failed = picture(attachment, surfaces, &folder.join(name), &mut pictures).err();
+        }
+    };
+    let report = crosscheck(gpu, device, frame, frame, mode, watch)?;
+    if let Some(error) = failed {
+        return Err(error);
+    }
+    let located = match report.first_failure() {
+        Some(failure) => locate(gpu, device, frame, frame, mode, failure)?,
+        None => None,
+    };
+    Ok(FrameReport { scene: scene.display().to_string(), technique, report, located, pictures })
+}
+
+fn picture(attachment: &AttachmentReport, surfaces: [&Surface; 2], path: &Path, written: &mut Vec<PathBuf>) -> anyhow::Result<()> {
+    let Some(info) = format_info(attachment.format) else { return Ok(()) };
+    let layer = side_by_side(info, surfaces, &attachment.difference)?;
+    let bytes = png::encode(&layer, &plain_tone())?;
+    interrupt::uninterrupted(|| file::write_atomically(path, &bytes))?;
+    written.push(path.to_owned());
+    Ok(())
+}
+
+/// The result for people.
+fn table(report: &FrameReport) -> String {
+    let mode = match report.report.mode {
+        Mode::FreeRunning => "free-running",
+        Mode::Resynchronised => "resynchronised",
+    };
+    let mut text = format!("\n{}, {}, {mode}\n", report.scene, report.technique);
+    let header = ["", "pass", "attachment", "bound", "differ", "beyond", "off edges", "max ulp", "max relative"].map(str::to_owned);
+    let rows = report.report.attachments.iter().map(|a| {
+        let d = &a.difference;
+        [
+            (if a.within { "ok" } else { "DIFFERS" }).to_owned(),
+            a.pass.clone(),
+            a.texture.clone(),
+            a.bound.name.to_owned(),
+            d.differing.to_string(),
+            d.outliers.to_string(),
+            d.unexplained().to_string(),
+            d.max_ulp.to_string(),
+            format!("{:.1e}", d.max_relative),
+        ]
+    });
+    let rows: Vec<[String; 9]> = std::iter::once(header).chain(rows).collect();
+    let rows: Vec<[&str; 9]> = rows.iter().map(|row| std::array::from_fn(|k| row[k].as_str())).collect();
+    text.push_str(&output::columns(&rows));
+    // Writing to a string cannot fail.
+    for query in &report.report.queries {
+        let _ = writeln!(text, "DIFFERS  pass {}, query {}: {} and {}", query.pass_index, query.query, query.expected, query.actual);
+    }
+    if let Some(located) = &report.located {
+        let _ = writeln!(text, "{}", told(located));
+    }
+    for path in &report.pictures {
+        let _ = writeln!(text, "  {}", path.display());
+    }
+    text
+}
+
+/// Where two versions part, in words.
+fn told(located: &Located) -> String {
+    let p = &located.pixel;
+    let mut text = format!(
+        "first in pass `{}`, attachment `{}`, pixel ({}, {}), channel {}: {} (bits {:08x}) expected, {} (bits {:08x}) seen",
+        located.pass,
+        located.texture,
+        p.x,
+        p.y,
+        p.channel,
+        p.expected,
+        p.expected.to_bits(),
+        p.actual,
+        p.actual.to_bits()
+    );
+    let Some((draw, label)) = &located.draw else { return text + "; it differs before the first draw" };
+    let _ = write!(text, "\n  since draw {draw} (pipeline `{label}`)");
+    if let Some(primitive) = located.primitive {
+        let _ = write!(text, ", primitive {primitive}");
+    }
+    if let Some(after) = &located.after {
+        let _ = write!(text, ": {} expected, {} seen", after.expected, after.actual);
+    }
+    for line in located.state.lines() {
+        let _ = write!(text, "\n    {line}");
+    }
+    for vertex in located.vertices.iter().take(12) {
+        let _ = write!(text, "\n    vertex {vertex:?}");
+    }
+    text
+}
