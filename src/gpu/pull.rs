@@ -3,7 +3,7 @@
 
 use crate::frame::{Frame, FrameDraw, FrameError, FramePass, cpu::stream_draw, cpu::target_size};
 use crate::pipeline::shader::flatten_varyings;
-use crate::pipeline::state::{ClipVolume, PrimitiveTopology, Viewport};
+use crate::pipeline::state::{ClipArithmetic, ClipVolume, PrimitiveTopology, Viewport};
 use crate::pipeline::{Device, MAX_POINT_SIZE, PrimitiveClass, Texture};
 
 /// Finished vertices of a draw.
@@ -44,7 +44,8 @@ pub(super) fn pull(device: &Device, frame: &Frame, pass: &FramePass, draw: &Fram
             Pulled { data: stream.data, ..as_they_are(PrimitiveTopology::PointList) }
         }
         PrimitiveClass::Points => {
-            let by_centre = frame.rules.clip_volume == ClipVolume::Frustum;
+            let rules = &frame.rules;
+            let by_centre = rules.clip_volume == ClipVolume::Frustum && rules.clip_arithmetic != ClipArithmetic::OntoPlane;
             let mut sprites = Pulled {
                 point_coord: uses_point_coord,
                 stride: floats + if uses_point_coord { 2 } else { 0 },

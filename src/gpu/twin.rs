@@ -148,7 +148,9 @@ fn {PULLED_VERTEX}(@builtin(vertex_index) index: u32) -> NephroidPulled {{
 /// `fs` itself becomes an ordinary function: an entry point cannot be called.
 fn counted_fragment(source: &str, program: &Program, location: u32) -> Result<String, String> {
     if program.fragment.is_none() {
-        return Ok(format!("{source}\n@fragment\nfn {COUNTED_FRAGMENT}() -> @location({location}) f32 {{\n    return 1.0;\n}}\n"));
+        return Ok(format!(
+            "{source}\n@fragment\nfn {COUNTED_FRAGMENT}() -> @location({location}) vec4<f32> {{\n    return vec4<f32>(1.0);\n}}\n"
+        ));
     }
     let (module, _) = parse(source)?;
     let entry = module.entry_points.iter().find(|e| e.name == "fs").ok_or("its twin has no entry point `fs`")?;
@@ -181,12 +183,12 @@ fn counted_fragment(source: &str, program: &Program, location: u32) -> Result<St
         fields.push(',');
     }
     let (arrow, keep) = if values.is_empty() { ("", "") } else { (" -> ", "let result = ") };
-    values.push("1.0".to_owned());
+    values.push("vec4<f32>(1.0)".to_owned());
     Ok(format!(
         "{}\nfn fs({plain}){arrow}{} {}
 struct NephroidCounted {{
     {fields}
-    @location({location}) nephroid_passed: f32,
+    @location({location}) nephroid_passed: vec4<f32>,
 }}
 
 @fragment

@@ -3,7 +3,7 @@
 //! A texture holds decoded f32 planes (`texture.rs`). [`Quantizer`] rounds what a shader wrote to a number that the format
 //! can hold; [`encode_texel`] and [`decode_texel`] turn such numbers into the format's bytes and back without loss.
 
-use super::state::{F16Rounding, TextureFormat};
+use super::state::{F16Rounding, TextureFormat, UnormDepth};
 
 /// How the planes of a format are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,11 +149,16 @@ pub fn f32_to_f16(value: f32, rounding: F16Rounding) -> u16 {
     let bits = value.to_bits();
     let sign = ((bits >> 16) & 0x8000) as u16;
     let magnitude = bits & 0x7fff_ffff;
-    if magnitude > 0x7f80_0000 {
-        return sign | 0x7e00;
-    }
-    if magnitude == 0x7f80_0000 {
-        return sign | 0x7c00;
+    if magnitude >= 0x7f80_0000 {
+        let is_nan = magnitude > 0x7f80_0000;
+        return sign
+            | if rounding == F16Rounding::NearestEvenOrNan {
+                0x7fff
+            } else if is_nan {
+                0x7e00
+            } else {
+                0x7c00
+            };
     }
     let exponent = (magnitude >> 23) as i32 - 127;
     // Shift the 24-bit significand to the target's unit in the last place; 10 fraction bits, fewer below 2^-14.
@@ -162,12 +167,21 @@ pub fn f32_to_f16(value: f32, rounding: F16Rounding) -> u16 {
     let truncated = significand >> shift;
     let remainder = significand & ((1 << shift) - 1);
     let half = 1u32 << (shift - 1);
-    let round_up = rounding == F16Rounding::NearestEven && (remainder > half || (remainder == half && truncated & 1 == 1));
+    let round_up = rounding != F16Rounding::TowardZero && (remainder > half || (remainder == half && truncated & 1 == 1));
     // A carry out of the fraction moves into the exponent, which is what rounding up to the next binade means.
     let base = if exponent >= -14 { (((exponent + 14) as u32) << 10) + truncated } else { truncated };
     let rounded = base + u32::from(round_up);
-    let limit = if rounding == F16Rounding::TowardZero { 0x7bff } else { 0x7c00 };
-    sign | rounded.min(limit) as u16
+    sign | match rounding {
+        F16Rounding::TowardZero => rounded.min(0x7bff) as u16,
+        F16Rounding::NearestEven => rounded.min(0x7c00) as u16,
+        F16Rounding::NearestEvenOrNan => {
+            if rounded < 0x7c00 {
+                rounded as u16
+            } else {
+                0x7fff
+            }
+        }
+    }
 }
 
 /// binary16 to binary32, exact.
@@ -187,9 +201,22 @@ pub fn f16_to_f32(half: u16) -> f32 {
 /// Depth of a fragment as the target stores it: itself, or the integer `floor(z·(2^bits − 1) + 0.5)`.
 #[must_use]
 pub fn quantize_depth(kind: ChannelKind, z: f32) -> f32 {
-    match kind {
-        ChannelKind::UnormDepth(bits) => (f64::from(z) * f64::from((1u32 << bits) - 1) + 0.5).floor() as f32,
-        _ => z,
+    quantize_depth_by(UnormDepth::NearestUp, kind, z)
+}
+
+/// [`quantize_depth`] by a rule.
+#[inline(always)]
+pub(super) fn quantize_depth_by(rule: UnormDepth, kind: ChannelKind, z: f32) -> f32 {
+    let ChannelKind::UnormDepth(bits) = kind else { return z };
+    let greatest = ((1u32 << bits) - 1) as f32;
+    match rule {
+        UnormDepth::NearestUp => (f64::from(z) * f64::from(greatest) + 0.5).floor() as f32,
+        // 24 bits have no room for the addition that rounds to multiples.
+        UnormDepth::Scaled if bits < 24 => {
+            let steps = (1u32 << bits) as f32;
+            (z * (greatest / steps) * steps).round_ties_even()
+        }
+        UnormDepth::Scaled | UnormDepth::NearestEven => (z * greatest).round_ties_even(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::math::lanes::Lanes;
 
-use super::state::{ClipVolume, PixelRect, RasterRules, Viewport, ViewportArithmetic};
+use super::state::{ClipArithmetic, ClipVolume, PixelRect, RasterRules, Viewport, ViewportArithmetic};
 
 /// One pixel in sub-pixel units; coordinates are kept in 1/256 pixel whatever the rules' precision.
 pub(super) const ONE: i32 = 256;
@@ -105,6 +105,14 @@ impl ViewTransform {
         match self.rules.clip_volume {
             ClipVolume::GuardBand => outside::NEAR | outside::FAR | outside::GUARD,
             ClipVolume::Frustum => outside::FRUSTUM | outside::GUARD,
+        }
+    }
+
+    /// Planes behind which a point is dropped. SwiftShader clips the point's square instead: its centre may lie beside the frustum.
+    pub fn point_clip_mask(&self) -> u8 {
+        match self.rules.clip_arithmetic {
+            ClipArithmetic::OntoPlane => outside::NEAR | outside::FAR | outside::GUARD,
+            _ => self.clip_mask(),
         }
     }
 

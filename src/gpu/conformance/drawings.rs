@@ -240,12 +240,26 @@ const FACTORS: [BlendFactor; 13] = [
 const BLENDS: [BlendOperation; 5] =
     [BlendOperation::Add, BlendOperation::Subtract, BlendOperation::ReverseSubtract, BlendOperation::Min, BlendOperation::Max];
 
-fn any_blend(source: &mut Source) -> BlendComponent {
+/// Whether source and destination are multiplied by the same factor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Factors {
+    /// Never.
+    Two,
+    /// Always.
+    One,
+}
+
+fn any_blend(factors: Factors, source: &mut Source) -> BlendComponent {
     let operation = source.choice(&BLENDS);
     if matches!(operation, BlendOperation::Min | BlendOperation::Max) {
         return BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation };
     }
-    BlendComponent { src_factor: source.choice(&FACTORS), dst_factor: source.choice(&FACTORS), operation }
+    let src = source.whole(FACTORS.len() as u32) as usize;
+    let dst = match factors {
+        Factors::One => src,
+        Factors::Two => (src + 1 + source.whole(FACTORS.len() as u32 - 1) as usize) % FACTORS.len(),
+    };
+    BlendComponent { src_factor: FACTORS[src], dst_factor: FACTORS[dst], operation }
 }
 
 /// What colours are made of.
@@ -260,8 +274,8 @@ pub(super) enum Colors {
 }
 
 /// All factors and operations at random; few layers over each pixel.
-pub(super) fn blending(format: TextureFormat, colors: Colors, source: &mut Source, index: u32) -> Drawing {
-    let blend = BlendState { color: any_blend(source), alpha: any_blend(source) };
+pub(super) fn blending(format: TextureFormat, colors: Colors, factors: Factors, source: &mut Source, index: u32) -> Drawing {
+    let blend = BlendState { color: any_blend(factors, source), alpha: any_blend(factors, source) };
     blended(format, colors, Some(blend), source, index)
 }
 
@@ -352,7 +366,11 @@ pub(super) fn lines(grid: Grid, aligned: bool, width: f32, source: &mut Source, 
     let size = size_of(index);
     let mut vertices = Vec::new();
     for _ in 0..500 {
-        let (a, mut b) = (place(grid, source, size), place(grid, source, size));
+        // Unless they are to be clipped, lines keep their rectangles inside the target.
+        let margin = if grid == Grid::Around { 0.0 } else { (width * 0.5).ceil() + 1.0 };
+        let within = (size.0 - 2 * margin as u32, size.1 - 2 * margin as u32);
+        let inside = |s: &mut Source| place(grid, s, within).map(|v| v + margin);
+        let (a, mut b) = (inside(source), inside(source));
         if aligned {
             let along = source.whole(2) as usize;
             b[along] = a[along];

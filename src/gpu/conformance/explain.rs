@@ -24,7 +24,7 @@ pub struct Step {
 type Change = (&'static str, fn(&mut RasterRules, &RasterRules));
 
 /// In the order in which the pipeline applies them.
-const CHANGES: [Change; 7] = [
+const CHANGES: [Change; 8] = [
     ("sub-pixel bits and viewport arithmetic", |rules, to| {
         rules.subpixel_bits = to.subpixel_bits;
         rules.viewport = to.viewport;
@@ -34,6 +34,7 @@ const CHANGES: [Change; 7] = [
     ("line corners", |rules, to| rules.line_corners = to.line_corners),
     ("depth plane", |rules, to| rules.depth_plane = to.depth_plane),
     ("interpolation set-up", |rules, to| rules.setup_from = to.setup_from),
+    ("depth as an integer", |rules, to| rules.unorm_depth = to.unorm_depth),
     ("f16 rounding", |rules, to| rules.f16_rounding = to.f16_rounding),
 ];
 
