@@ -149,16 +149,11 @@ pub fn f32_to_f16(value: f32, rounding: F16Rounding) -> u16 {
     let bits = value.to_bits();
     let sign = ((bits >> 16) & 0x8000) as u16;
     let magnitude = bits & 0x7fff_ffff;
-    if magnitude >= 0x7f80_0000 {
-        let is_nan = magnitude > 0x7f80_0000;
-        return sign
-            | if rounding == F16Rounding::NearestEvenOrNan {
-                0x7fff
-            } else if is_nan {
-                0x7e00
-            } else {
-                0x7c00
-            };
+    if magnitude > 0x7f80_0000 {
+        return sign | 0x7e00;
+    }
+    if magnitude == 0x7f80_0000 {
+        return sign | 0x7c00;
     }
     let exponent = (magnitude >> 23) as i32 - 127;
     // Shift the 24-bit significand to the target's unit in the last place; 10 fraction bits, fewer below 2^-14.
@@ -167,21 +162,12 @@ pub fn f32_to_f16(value: f32, rounding: F16Rounding) -> u16 {
     let truncated = significand >> shift;
     let remainder = significand & ((1 << shift) - 1);
     let half = 1u32 << (shift - 1);
-    let round_up = rounding != F16Rounding::TowardZero && (remainder > half || (remainder == half && truncated & 1 == 1));
+    let round_up = rounding == F16Rounding::NearestEven && (remainder > half || (remainder == half && truncated & 1 == 1));
     // A carry out of the fraction moves into the exponent, which is what rounding up to the next binade means.
     let base = if exponent >= -14 { (((exponent + 14) as u32) << 10) + truncated } else { truncated };
     let rounded = base + u32::from(round_up);
-    sign | match rounding {
-        F16Rounding::TowardZero => rounded.min(0x7bff) as u16,
-        F16Rounding::NearestEven => rounded.min(0x7c00) as u16,
-        F16Rounding::NearestEvenOrNan => {
-            if rounded < 0x7c00 {
-                rounded as u16
-            } else {
-                0x7fff
-            }
-        }
-    }
+    let limit = if rounding == F16Rounding::TowardZero { 0x7bff } else { 0x7c00 };
+    sign | rounded.min(limit) as u16
 }
 
 /// binary16 to binary32, exact.

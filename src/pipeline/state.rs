@@ -142,7 +142,8 @@ pub enum ClipArithmetic {
     InsideToOutside,
     /// The same, starting from whichever end is nearer to the plane; plane order −x, +x, −y, +y, near, far. llvmpipe.
     NearestEndpoint,
-    /// `v = (d_out·in − d_in·out)/(d_out − d_in)` with the clipped coordinate put on the plane; near and far first. SwiftShader.
+    /// `v = (d_out·in − d_in·out)/(d_out − d_in)` with the clipped coordinate put on the plane; plane order near,
+    /// far, −x, +x, +y, −y. SwiftShader.
     OntoPlane,
 }
 
@@ -181,10 +182,8 @@ pub enum LineCorners {
 /// How f32 becomes f16.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum F16Rounding {
-    /// Nearest, ties to even; overflow to infinity. Most GPUs.
+    /// Nearest, ties to even; overflow to infinity. SwiftShader (which makes not-a-number of most overflows), most GPUs.
     NearestEven,
-    /// Nearest, ties to even; overflow and infinity to not-a-number. SwiftShader.
-    NearestEvenOrNan,
     /// Toward zero; overflow to the largest finite number [D3D11.3 §3.2.2]. llvmpipe.
     TowardZero,
 }
@@ -235,7 +234,6 @@ impl RasterRules {
         clip_volume: ClipVolume::Frustum,
         clip_arithmetic: ClipArithmetic::OntoPlane,
         depth_plane: DepthPlane::SwiftShader,
-        f16_rounding: F16Rounding::NearestEvenOrNan,
         unorm_depth: UnormDepth::NearestEven,
         ..Self::REFERENCE
     };

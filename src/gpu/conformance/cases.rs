@@ -141,30 +141,32 @@ pub const CASES: &[Case] = &[
     case("stencil: layers past 255", "wrapping and clamping, two-sided, stencil8 and depth32float-stencil8", 50, stencil_counts),
     case("stencil: closed meshes", "tetrahedra, front faces up and back faces down", 50, closed_meshes),
     case("stencil: states", "comparisons, operations and masks at random, with a depth test", 100, stencil_states),
-    case("blending: rgba32float, exact", "all factors and operations, quarters", 120, |s, i| {
+    case("blending: rgba32float, exact", "all factors and operations, quarters", 300, |s, i| {
         blending(TextureFormat::Rgba32Float, Colors::Quarters, Factors::Two, s, i)
     }),
-    case("blending: rgba32float, any", "all factors and operations, any numbers", 120, |s, i| {
+    case("blending: rgba32float, any", "all factors and operations, any numbers", 300, |s, i| {
         blending(TextureFormat::Rgba32Float, Colors::Any, Factors::Two, s, i)
     }),
-    case("blending: rgba32float, one factor", "source and destination multiplied by the same factor, any numbers", 60, |s, i| {
+    case("blending: rgba32float, one factor", "source and destination multiplied by the same factor, any numbers", 300, |s, i| {
         blending(TextureFormat::Rgba32Float, Colors::Any, Factors::One, s, i)
     })
     .lavapipe(Expectation::Differs(ONE_FACTOR)),
-    case("blending: r32float, sum", "plain addition of any numbers", 40, |s, i| rounding(TextureFormat::R32Float, Colors::Any, true, s, i)),
-    case("blending: rgba16float, sum", "plain addition, rounded after every fragment", 40, |s, i| {
+    case("blending: r32float, sum", "plain addition of any numbers", 300, |s, i| {
+        rounding(TextureFormat::R32Float, Colors::Any, true, s, i)
+    }),
+    case("blending: rgba16float, sum", "plain addition, rounded after every fragment", 300, |s, i| {
         rounding(TextureFormat::Rgba16Float, Colors::Any, true, s, i)
     }),
-    case("blending: rgba16float, any", "all factors and operations, any numbers", 80, |s, i| {
+    case("blending: rgba16float, any", "all factors and operations, any numbers", 300, |s, i| {
         blending(TextureFormat::Rgba16Float, Colors::Any, Factors::Two, s, i)
     }),
-    case("blending: rgba8unorm, written", "any numbers, no blending", 40, |s, i| {
+    case("blending: rgba8unorm, written", "any numbers, no blending", 300, |s, i| {
         rounding(TextureFormat::Rgba8Unorm, Colors::Any, false, s, i)
     }),
-    case("blending: rgba8unorm, sum", "plain addition of multiples of 1/255", 40, |s, i| {
+    case("blending: rgba8unorm, sum", "plain addition of multiples of 1/255", 300, |s, i| {
         rounding(TextureFormat::Rgba8Unorm, Colors::Bytes, true, s, i)
     }),
-    case("blending: rgba8unorm, any", "all factors and operations, multiples of 1/255", 120, |s, i| {
+    case("blending: rgba8unorm, any", "all factors and operations, multiples of 1/255", 300, |s, i| {
         blending(TextureFormat::Rgba8Unorm, Colors::Bytes, Factors::Two, s, i)
     })
     .lavapipe(Expectation::Differs(BYTES)),
@@ -183,7 +185,9 @@ pub const CASES: &[Case] = &[
     case("lines: pixel centres", "one pixel wide", 40, |s, i| lines(Grid::Centres, false, 1.0, s, i))
         .of(Kind::Lines)
         .swiftshader(Expectation::Differs(LINE_CORNERS)),
-    case("lines: axis-aligned", "one pixel wide, along rows and columns", 40, |s, i| lines(Grid::Free, true, 1.0, s, i)).of(Kind::Lines),
+    case("lines: axis-aligned", "one pixel wide, along rows and columns", 40, |s, i| lines(Grid::Free, true, 1.0, s, i))
+        .of(Kind::Lines)
+        .lavapipe(Expectation::Differs(LINE_CORNERS)),
     case("lines: anywhere", "one pixel wide, inside", 40, |s, i| lines(Grid::Free, false, 1.0, s, i))
         .of(Kind::Lines)
         .both(Expectation::Differs(LINE_CORNERS)),

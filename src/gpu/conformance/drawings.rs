@@ -273,6 +273,10 @@ pub(super) enum Colors {
     Bytes,
 }
 
+/// Pixels along a cell's edge, and triangles in it.
+const CELL: u32 = 20;
+const LAYERS: u32 = 3;
+
 /// All factors and operations at random; few layers over each pixel.
 pub(super) fn blending(format: TextureFormat, colors: Colors, factors: Factors, source: &mut Source, index: u32) -> Drawing {
     let blend = BlendState { color: any_blend(factors, source), alpha: any_blend(factors, source) };
@@ -285,7 +289,6 @@ pub(super) fn rounding(format: TextureFormat, colors: Colors, add: bool, source:
 }
 
 fn blended(format: TextureFormat, colors: Colors, blend: Option<BlendState>, source: &mut Source, index: u32) -> Drawing {
-    // Not `size_of`: layers would be too many or too few.
     let size = [(64, 64), (100, 60)][index as usize % 2];
     let number = |s: &mut Source| match colors {
         Colors::Quarters => s.whole(5) as f32 * 0.25,
@@ -294,10 +297,13 @@ fn blended(format: TextureFormat, colors: Colors, blend: Option<BlendState>, sou
     };
     let color = |s: &mut Source| [number(s), number(s), number(s), number(s)];
     let mut vertices = Vec::new();
-    for _ in 0..400 {
-        let at = corners(Shape::Small(20.0), source, size)[0];
+    // Three triangles to a cell: squares of squares stay far from overflow and from denormal numbers.
+    let cells = (size.0 / CELL, size.1 / CELL);
+    for number in 0..LAYERS * cells.0 * cells.1 {
+        let cell = [number % cells.0 * CELL, number / cells.0 % cells.1 * CELL].map(|v| v as f32);
         let shade = color(source);
-        push_flat(&mut vertices, &at.map(|at| to_clip(size, at, 0.5, 1.0)), shade);
+        let triangle = [0; 3].map(|_| to_clip(size, cell.map(|v| v + source.unit() * CELL as f32), 0.5, 1.0));
+        push_flat(&mut vertices, &triangle, shade);
     }
     let [r, g, b, a] = color(source).map(f64::from);
     Drawing { color: Some((format, blend)), clear: Color { r, g, b, a }, blend_constant: color(source), ..Drawing::adding(size, vertices) }
