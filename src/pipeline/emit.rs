@@ -265,7 +265,7 @@ impl Emitter<'_> {
     pub fn point(&mut self, vertex: u32, id: u32) {
         let (code, size) = (self.outcode(vertex), self.clip.point_size(vertex as usize));
         self.out.statistics.clipper_invocations += 1;
-        // Sprites are clipped by their centre against depth, and against the sides where the rules have no guard band.
+        // Sprites are clipped by their centre, against depth alone.
         if code & (outside::NAN | self.view.point_clip_mask()) != 0 {
             return self.report(id, None, PrimitiveOutcome::Rejected);
         }

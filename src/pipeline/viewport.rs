@@ -2,7 +2,7 @@
 
 use crate::math::lanes::Lanes;
 
-use super::state::{ClipArithmetic, ClipVolume, PixelRect, RasterRules, Viewport, ViewportArithmetic};
+use super::state::{ClipVolume, PixelRect, RasterRules, Viewport, ViewportArithmetic};
 
 /// One pixel in sub-pixel units; coordinates are kept in 1/256 pixel whatever the rules' precision.
 pub(super) const ONE: i32 = 256;
@@ -108,12 +108,9 @@ impl ViewTransform {
         }
     }
 
-    /// Planes behind which a point is dropped. SwiftShader clips the point's square instead: its centre may lie beside the frustum.
+    /// Planes behind which a point is dropped. Its square reaches inside where its centre lies a little beside the frustum.
     pub fn point_clip_mask(&self) -> u8 {
-        match self.rules.clip_arithmetic {
-            ClipArithmetic::OntoPlane => outside::NEAR | outside::FAR | outside::GUARD,
-            _ => self.clip_mask(),
-        }
+        outside::NEAR | outside::FAR | outside::GUARD
     }
 
     /// Which clip-space positions are outside of which plane, by its bit.

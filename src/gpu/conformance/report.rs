@@ -41,7 +41,7 @@ pub struct CaseReport {
     pub differing: u64,
     /// Those beyond the case's bound.
     pub outliers: u64,
-    /// Greatest distance in units in the last place.
+    /// Greatest distance in units in the last place; in steps, for normalized formats.
     pub max_ulp: u64,
     /// Greatest relative error.
     pub max_relative: f64,

@@ -8,8 +8,8 @@ use super::report::{CaseReport, Report, Verdict};
 use super::shrink::{Reproducer, shrink};
 use crate::gpu::crosscheck::compare;
 use crate::gpu::{Gpu, GpuError};
-use crate::pipeline::Device;
 use crate::pipeline::state::RasterRules;
+use crate::pipeline::{ChannelKind, Device, Surface};
 
 /// Seed of all conformance primitives.
 pub const SEED: u32 = 1;
@@ -88,13 +88,21 @@ fn add_difference(report: &mut CaseReport, expected: &Image, actual: &Image, tol
         }
         let difference = compare(texture.info(), e, a, 0.0);
         report.differing += difference.differing;
-        report.max_ulp = report.max_ulp.max(difference.max_ulp);
+        // A step of 1/255 is the unit of 8-bit colours.
+        let max_ulp = if texture.info().kind == ChannelKind::Unorm8 { greatest_step(e, a) } else { difference.max_ulp };
+        report.max_ulp = report.max_ulp.max(max_ulp);
         report.max_relative = report.max_relative.max(difference.worst.map_or(0.0, |pixel| pixel.error));
     }
     if expected.count != actual.count {
         report.differing += 1;
     }
     report.outliers += expected.differing(actual, tolerance).len() as u64;
+}
+
+/// Greatest difference of two 8-bit surfaces in steps of 1/255.
+fn greatest_step(a: &Surface, b: &Surface) -> u64 {
+    let steps = a.planes.iter().zip(&b.planes).map(|(a, b)| ((a - b).abs() * 255.0).round() as u64);
+    steps.max().unwrap_or(0)
 }
 
 /// The rules that an adapter follows, of those that its family may: the first under which a few drawings of coverage and depth are
