@@ -20,7 +20,7 @@ fn size_of(index: u32) -> (u32, u32) {
 
 /// `|shape|` in every target size, at w = 1 and, in every other round, at any w.
 fn is_at_one(index: u32) -> bool {
-    index as usize / SIZES.len() % 2 == 0
+    (index as usize / SIZES.len()).is_multiple_of(2)
 }
 
 /// Triangles of a shape in clip space, one after the other.
@@ -158,7 +158,7 @@ pub(super) fn stencil_counts(source: &mut Source, index: u32) -> Drawing {
     use StencilOperation::{DecrementClamp, DecrementWrap, IncrementClamp, IncrementWrap, Keep};
     let size = size_of(index);
     let count = if size.0 > 512 { ON_A_SCREEN } else { MOST_ADDED };
-    let spread = if index % 2 == 0 { Crossing::Sides(1.3) } else { Crossing::BehindTheEye };
+    let spread = if index.is_multiple_of(2) { Crossing::Sides(1.3) } else { Crossing::BehindTheEye };
     let list: Vec<_> = (0..count).map(|_| crossing(spread, source)).collect();
     let pairs = [
         (IncrementWrap, IncrementWrap),
@@ -311,7 +311,7 @@ fn blended(format: TextureFormat, colors: Colors, blend: Option<BlendState>, sou
 
 /// Well-shaped triangles with attributes in 1..2, one to a cell of 32 or 128 pixels.
 pub(super) fn interpolated(interpolation: Interpolation, varied: bool, source: &mut Source, index: u32) -> Drawing {
-    let cell = if index % 2 == 0 { 128.0 } else { 32.0 };
+    let cell = if index.is_multiple_of(2) { 128.0 } else { 32.0 };
     let size = (512, 512);
     let mut vertices = Vec::new();
     let across = (512.0 / cell) as u32;

@@ -101,7 +101,11 @@ fn add_difference(report: &mut CaseReport, expected: &Image, actual: &Image, tol
 
 /// Greatest difference of two 8-bit surfaces in steps of 1/255.
 fn greatest_step(a: &Surface, b: &Surface) -> u64 {
-    let steps = a.planes.iter().zip(&b.planes).map(|(a, b)| ((a - b).abs() * 255.0).round() as u64);
+    let numbers = |s: &Surface| -> Vec<f32> {
+        let pixels = (0..s.height).flat_map(|y| (0..s.width).map(move |x| (x, y)));
+        pixels.flat_map(|(x, y)| (0..s.channels).map(move |c| s.get(x, y, c))).collect()
+    };
+    let steps = numbers(a).into_iter().zip(numbers(b)).map(|(a, b)| ((a - b).abs() * 255.0).round() as u64);
     steps.max().unwrap_or(0)
 }
 
