@@ -3,7 +3,7 @@
 
 use crate::frame::{Frame, FrameDraw, FrameError, FramePass, cpu::stream_draw, cpu::target_size};
 use crate::pipeline::shader::flatten_varyings;
-use crate::pipeline::state::{ClipVolume, PrimitiveTopology, Viewport};
+use crate::pipeline::state::{PrimitiveTopology, Viewport};
 use crate::pipeline::{Device, MAX_POINT_SIZE, PrimitiveClass, Texture};
 
 /// Finished vertices of a draw.
@@ -44,16 +44,15 @@ pub(super) fn pull(device: &Device, frame: &Frame, pass: &FramePass, draw: &Fram
             Pulled { data: stream.data, ..as_they_are(PrimitiveTopology::PointList) }
         }
         PrimitiveClass::Points => {
-            let by_centre = frame.rules.clip_volume == ClipVolume::Frustum;
             let mut sprites = Pulled {
                 point_coord: uses_point_coord,
                 stride: floats + if uses_point_coord { 2 } else { 0 },
                 ..as_they_are(PrimitiveTopology::TriangleList)
             };
             for (vertex, &size) in stream.data.chunks_exact(floats).zip(&stream.point_sizes) {
-                let [x, y, z, w] = [vertex[0], vertex[1], vertex[2], vertex[3]];
-                let outside = z < 0.0 || z > w || (by_centre && (x.abs() > w || y.abs() > w));
-                if w > 0.0 && (!outside || (desc.primitive.unclipped_depth && !by_centre)) {
+                let [z, w] = [vertex[2], vertex[3]];
+                let outside = z < 0.0 || z > w;
+                if w > 0.0 && (!outside || desc.primitive.unclipped_depth) {
                     sprites.sprite(vertex, size, per_pixel);
                 }
             }

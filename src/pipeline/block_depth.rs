@@ -7,7 +7,7 @@ use crate::math::lanes::{Lanes, lanes_from_i32};
 use super::bins::{Record, flag};
 use super::coarse_depth::{CoarseDepth, CoarsePlane};
 use super::depth_bias::{depth_bias, unpack_bias};
-use super::format::{ChannelKind, quantize_depth};
+use super::format::{ChannelKind, quantize_depth_by};
 use super::pass::Draw;
 use super::raster::{LANE_X, LANE_Y};
 use super::render_pipeline::RenderPipeline;
@@ -23,7 +23,7 @@ pub(super) fn clamp_depth<L: Lanes>(z: L, draw: &Draw<'_>) -> L {
 #[inline(always)]
 pub(super) fn quantized<S: Simd>(z: f32x16<S>, pipeline: &RenderPipeline) -> f32x16<S> {
     match pipeline.depth.kind {
-        Some(kind @ ChannelKind::UnormDepth(_)) => Lanes::map(z, |v| quantize_depth(kind, v)),
+        Some(kind @ ChannelKind::UnormDepth(_)) => Lanes::map(z, |v| quantize_depth_by(pipeline.rules.unorm_depth, kind, v)),
         _ => z,
     }
 }

@@ -73,7 +73,8 @@ fn planes(view: &ViewTransform, depth_clip: bool) -> ([Plane; 9], usize) {
         (ClipVolume::Frustum, ClipArithmetic::OntoPlane) => {
             depth(&mut push);
             push(w);
-            sides(1.0, 1.0).into_iter().for_each(push);
+            let [right, left, top, bottom] = sides(1.0, 1.0);
+            [left, right, top, bottom].into_iter().for_each(push);
         }
         (ClipVolume::Frustum, _) => {
             sides(1.0, 1.0).into_iter().for_each(&mut push);

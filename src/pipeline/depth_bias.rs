@@ -2,6 +2,7 @@
 
 use super::format::ChannelKind;
 use super::render_pipeline::RenderPipeline;
+use super::state::UnormDepth;
 
 /// Raw exponent of the greatest magnitude.
 #[inline(always)]
@@ -19,7 +20,14 @@ pub(super) fn depth_bias(pipeline: &RenderPipeline, slope: f32, exponent: u8) ->
         return 0.0;
     }
     let step = match pipeline.depth.kind {
-        Some(ChannelKind::UnormDepth(bits)) => 1.0 / ((1u32 << bits) - 1) as f32,
+        Some(ChannelKind::UnormDepth(bits)) => {
+            let units = match pipeline.rules.unorm_depth {
+                UnormDepth::NearestUp => 1.0,
+                UnormDepth::Scaled => 2.0,
+                UnormDepth::NearestEven => 1.01,
+            };
+            units / ((1u32 << bits) - 1) as f32
+        }
         _ => f32::from_bits((u32::from(exponent).saturating_sub(23)).max(1) << 23),
     };
     let bias = state.bias.constant as f32 * step + state.bias.slope_scale * slope;

@@ -9,12 +9,13 @@ use super::chunk::ChunkOutput;
 use super::clip::{clip_line, clip_triangle};
 use super::depth_bias::{depth_bias, greatest_exponent};
 use super::observer::{Observer, PrimitiveEvent, PrimitiveOutcome};
+use super::outline::{Outline, outline};
 use super::render_pipeline::{MAX_POINT_SIZE, RenderPipeline};
 use super::setup::{ZPlane, depth_plane, double_area, edges, interpolation_planes, pixel_bounds};
 use super::shader::{Interpolation, PrimitiveAttributes};
-use super::state::{ClipVolume, DepthPlane, Face, FrontFace, LineCorners, PixelRect};
+use super::state::{ClipArithmetic, ClipVolume, DepthPlane, Face, FrontFace, LineCorners, PixelRect};
 use super::vertices::{ClipVertices, WindowVertices};
-use super::viewport::{HALF, ONE, ViewTransform, WindowVertex, outside};
+use super::viewport::{GUARD_PX, HALF, ONE, ViewTransform, WindowVertex, outside};
 
 /// Turns assembled primitives into binned records.
 pub(super) struct Emitter<'a> {
@@ -107,6 +108,14 @@ impl Emitter<'_> {
                 Corner { window, varyings: self.mixed_varyings(vertices, v.weights), clip: v.position }
             })
             .collect();
+        if self.view.rules.clip_arithmetic == ClipArithmetic::OntoPlane {
+            let uncut = vertices.map(|v| self.corner(v));
+            let counter_clockwise = winds_counter_clockwise(&uncut);
+            let snapped: Vec<[i32; 2]> = corners.iter().map(|c| [c.window.fx, c.window.fy]).collect();
+            if let Outline::Rows(rows) = outline(&snapped, counter_clockwise, self.scissor) {
+                return self.outlined_triangle(&uncut, &rows, counter_clockwise, id);
+            }
+        }
         let pieces = if self.view.rules.clip_volume == ClipVolume::GuardBand {
             ears(&corners)
         } else {
@@ -119,6 +128,43 @@ impl Emitter<'_> {
             let uncut = self.view.rules.depth_plane == DepthPlane::SwiftShader;
             let planes = if uncut { vertices.map(|v| self.corner(v)) } else { piece };
             self.window_triangle(&piece, &planes, id, true);
+        }
+    }
+
+    /// Rows of pixels of a triangle whose planes go through these corners.
+    fn outlined_triangle(&mut self, planes: &[Corner; 3], rows: &[PixelRect], counter_clockwise: bool, id: u32) {
+        let front = counter_clockwise == (self.pipeline.desc.primitive.front_face == FrontFace::Ccw);
+        if self.is_culled(front) {
+            return self.report(id, None, PrimitiveOutcome::Culled);
+        }
+        if rows.is_empty() {
+            return self.report(id, None, PrimitiveOutcome::NoSamples);
+        }
+        self.out.statistics.clipper_primitives_out += 1;
+        self.report(id, None, PrimitiveOutcome::Rasterized { clipped: true, front_facing: front });
+        let at = planes.each_ref().map(|c| &c.window);
+        let area = double_area(at);
+        let mut z = ZPlane::default();
+        if self.needs_depth() {
+            (z, _) = depth_plane(self.pipeline, at, area, || planes.map(|c| c.clip));
+        }
+        let attributes = self.out.attributes.len() as u32;
+        if self.pipeline.fragment.attributes {
+            let weights = interpolation_planes(self.pipeline.rules.setup_from, at, area);
+            let varyings = planes.map(|c| c.varyings);
+            self.out.attributes.push(PrimitiveAttributes { varyings, primitive_id: id, front_facing: front, ..weights });
+        }
+        let flags = flag::ACCEPT | flag::RECT | flag::CLAMP_Z | if front { 0 } else { flag::BACK };
+        for row in rows {
+            self.insert(Prepared { z, bounds: (*row).into(), draw: self.draw, attributes, flags, ..Prepared::default() });
+        }
+    }
+
+    fn is_culled(&self, front: bool) -> bool {
+        match self.pipeline.desc.primitive.cull_mode {
+            Some(Face::Front) => front,
+            Some(Face::Back) => !front,
+            None => false,
         }
     }
 
@@ -150,12 +196,7 @@ impl Emitter<'_> {
         }
         let state = &self.pipeline.desc.primitive;
         let front = (area < 0) == (state.front_face == FrontFace::Ccw);
-        let culled = match state.cull_mode {
-            Some(Face::Front) => front,
-            Some(Face::Back) => !front,
-            None => false,
-        };
-        if culled {
+        if self.is_culled(front) {
             return self.report(id, at(), PrimitiveOutcome::Culled);
         }
         let min = (w0.fx.min(w1.fx).min(w2.fx), w0.fy.min(w1.fy).min(w2.fy));
@@ -224,8 +265,8 @@ impl Emitter<'_> {
     pub fn point(&mut self, vertex: u32, id: u32) {
         let (code, size) = (self.outcode(vertex), self.clip.point_size(vertex as usize));
         self.out.statistics.clipper_invocations += 1;
-        // Sprites are clipped by their centre against depth, and against the sides where the rules have no guard band.
-        if code & (outside::NAN | self.view.clip_mask()) != 0 {
+        // Sprites are clipped by their centre, against depth alone.
+        if code & (outside::NAN | self.view.point_clip_mask()) != 0 {
             return self.report(id, None, PrimitiveOutcome::Rejected);
         }
         self.out.statistics.clipper_primitives_out += 1;
@@ -374,6 +415,19 @@ impl ZPlane {
 pub(super) fn half_size<L: Lanes>(size: L) -> L {
     let size = L::select(size.equals(size), size, size.like(0.0));
     (Lanes::clamp(size, 1.0 / 128.0, MAX_POINT_SIZE) * HALF as f32).round_ties_even()
+}
+
+/// Whether a triangle is counter-clockwise on the screen before it is clipped, as SwiftShader finds out: from the sign of its snapped area
+/// in f32, turned over for each corner behind the eye.
+fn winds_counter_clockwise(corners: &[Corner; 3]) -> bool {
+    let sixteenths = |fx: i32, pixels: f32| {
+        // Far outside only the unsnapped position is known.
+        if pixels.abs() < GUARD_PX { ((fx - HALF) >> 4) as f32 } else { ((pixels - 0.5) * 16.0).round_ties_even() }
+    };
+    let [[x0, y0], [x1, y1], [x2, y2]] = corners.map(|c| [sixteenths(c.window.fx, c.window.x), sixteenths(c.window.fy, c.window.y)]);
+    let area = (y0 - y2) * x1 + (y2 - y1) * x0 + (y1 - y0) * x2;
+    let turned = corners.iter().filter(|c| c.clip[3].is_sign_negative()).count() % 2 == 1;
+    if turned { area < 0.0 } else { area > 0.0 }
 }
 
 fn is_finite(position: [f32; 4]) -> bool {

@@ -3,7 +3,7 @@
 //! A texture holds decoded f32 planes (`texture.rs`). [`Quantizer`] rounds what a shader wrote to a number that the format
 //! can hold; [`encode_texel`] and [`decode_texel`] turn such numbers into the format's bytes and back without loss.
 
-use super::state::{F16Rounding, TextureFormat};
+use super::state::{F16Rounding, TextureFormat, UnormDepth};
 
 /// How the planes of a format are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -187,9 +187,22 @@ pub fn f16_to_f32(half: u16) -> f32 {
 /// Depth of a fragment as the target stores it: itself, or the integer `floor(z·(2^bits − 1) + 0.5)`.
 #[must_use]
 pub fn quantize_depth(kind: ChannelKind, z: f32) -> f32 {
-    match kind {
-        ChannelKind::UnormDepth(bits) => (f64::from(z) * f64::from((1u32 << bits) - 1) + 0.5).floor() as f32,
-        _ => z,
+    quantize_depth_by(UnormDepth::NearestUp, kind, z)
+}
+
+/// [`quantize_depth`] by a rule.
+#[inline(always)]
+pub(super) fn quantize_depth_by(rule: UnormDepth, kind: ChannelKind, z: f32) -> f32 {
+    let ChannelKind::UnormDepth(bits) = kind else { return z };
+    let greatest = ((1u32 << bits) - 1) as f32;
+    match rule {
+        UnormDepth::NearestUp => (f64::from(z) * f64::from(greatest) + 0.5).floor() as f32,
+        // 24 bits have no room for the addition that rounds to multiples.
+        UnormDepth::Scaled if bits < 24 => {
+            let steps = (1u32 << bits) as f32;
+            (z * (greatest / steps) * steps).round_ties_even()
+        }
+        UnormDepth::Scaled | UnormDepth::NearestEven => (z * greatest).round_ties_even(),
     }
 }
 

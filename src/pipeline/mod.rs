@@ -1,7 +1,7 @@
 //! The software GPU: from draws to attachments, every stage exact, the same bytes on any number of threads and at any SIMD level.
 //!
 //! Stages in order: index fetch and primitive assembly (`assemble`), vertex (`fetch`, `shader`, `batch`), geometry, stream-out (`chunk`), clip
-//! (`clip`), viewport and snap (`viewport`, `vertices`), cull and setup (`emit`, `small`, `setup`), bin (`bins`); then per tile: raster (`raster`), depth
+//! (`clip`), viewport and snap (`viewport`, `vertices`), cull and setup (`emit`, `outline`, `small`, `setup`), bin (`bins`); then per tile: raster (`raster`), depth
 //! and stencil (`coarse_depth`, `block_depth`, `depth_stencil`), fragment (`shader`, `batch`), blend (`blend`). `pass`, `chunk` and `tile` are the only
 //! files that know the order.
 //!
@@ -23,6 +23,7 @@ mod fast_path;
 mod fetch;
 mod format;
 mod observer;
+mod outline;
 mod pass;
 mod pass_check;
 mod raster;

@@ -20,7 +20,7 @@ use super::observer::{Observer, reborrow};
 pub use super::pass_check::PassError;
 use super::render_pipeline::RenderPipeline;
 use super::shader::{Execution, ShaderWidth};
-use super::state::{Color, MAX_COLOR_TARGETS, PixelRect, TextureFormat, Viewport};
+use super::state::{Color, MAX_COLOR_TARGETS, PixelRect, RasterRules, TextureFormat, Viewport};
 use super::statistics::{PipelineStatistics, StreamOutStatistics};
 use super::texture::{Surface, TILE, TILE_PIXELS};
 use super::tile::{DrawState, TileContext, TileCounters, TileScratch, TileTargets, run_tile};
@@ -427,14 +427,16 @@ struct Clears {
 
 impl Clears {
     fn of(pass: &Pass<'_>) -> Self {
+        // Clear values round as blending does; a pass that draws nothing has no rules.
+        let rules = pass.draws.first().map_or(RasterRules::REFERENCE, |draw| draw.pipeline.rules);
+        let f16 = rules.f16_rounding;
         let color = pass.color.iter().map(|attachment| {
             let attachment = attachment.as_ref()?;
             let info = format_info(attachment.format)?;
             match attachment.load {
                 LoadOp::Clear(c) if info.kind == ChannelKind::Uint32 => Some([f32::from_bits(c.r as u32), 0.0, 0.0, 0.0]),
                 LoadOp::Clear(c) => {
-                    // Clear values round to nearest whatever blending does.
-                    let quantizer = Quantizer::new(info.kind, super::state::F16Rounding::NearestEven);
+                    let quantizer = Quantizer::new(info.kind, f16);
                     let values = [c.r, c.g, c.b, c.a];
                     Some(std::array::from_fn(|i| quantizer.apply(values[i] as f32, i)))
                 }

@@ -370,7 +370,7 @@ impl Emitter<'_> {
         let outcode = i32x16::load_array(simd, outcode);
 
         let used = if primitives.len() == GROUP { 0xffff } else { (1u32 << primitives.len()) - 1 };
-        let unclipped = bits((outcode & i32::from(outside::NAN | self.view.clip_mask())).simd_eq(zero));
+        let unclipped = bits((outcode & i32::from(outside::NAN | self.view.point_clip_mask())).simd_eq(zero));
         let small = bits(half.simd_lt(i32x16::splat(simd, SMALL / 2)));
         // A sprite does not own its right and lower edges.
         let bounds = self.scissored([

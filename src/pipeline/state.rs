@@ -111,6 +111,8 @@ pub struct RasterRules {
     pub line_corners: LineCorners,
     /// How 16-bit float targets round. Default: `NearestEven`.
     pub f16_rounding: F16Rounding,
+    /// How depth becomes an integer of b bits, and how large the unit of constant bias is there. Default: `NearestUp`.
+    pub unorm_depth: UnormDepth,
 }
 
 /// How framebuffer coordinates follow from clip coordinates; `n = c · (1/w)`.
@@ -140,7 +142,8 @@ pub enum ClipArithmetic {
     InsideToOutside,
     /// The same, starting from whichever end is nearer to the plane; plane order −x, +x, −y, +y, near, far. llvmpipe.
     NearestEndpoint,
-    /// `v = (d_out·in − d_in·out)/(d_out − d_in)` with the clipped coordinate put on the plane; near and far first. SwiftShader.
+    /// `v = (d_out·in − d_in·out)/(d_out − d_in)` with the clipped coordinate put on the plane; plane order near,
+    /// far, −x, +x, +y, −y. SwiftShader.
     OntoPlane,
 }
 
@@ -179,10 +182,21 @@ pub enum LineCorners {
 /// How f32 becomes f16.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum F16Rounding {
-    /// Nearest, ties to even; overflow to infinity. SwiftShader, most GPUs.
+    /// Nearest, ties to even; overflow to infinity. SwiftShader (which makes not-a-number of most overflows), most GPUs.
     NearestEven,
     /// Toward zero; overflow to the largest finite number [D3D11.3 §3.2.2]. llvmpipe.
     TowardZero,
+}
+
+/// How depth becomes an integer of b bits, and the unit of its constant bias.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnormDepth {
+    /// `⌊z·(2^b − 1) + 0.5⌋` with no rounding on the way [D3D11.3 §3.2.3.6]; unit `1/(2^b − 1)`.
+    NearestUp,
+    /// `z·((2^b − 1)/2^b)` rounded to f32, then to multiples of `2^−b`, ties to even; unit `2/(2^b − 1)`. llvmpipe.
+    Scaled,
+    /// `z·(2^b − 1)` rounded to f32, then to integers, ties to even; unit `1.01/(2^b − 1)`. SwiftShader.
+    NearestEven,
 }
 
 impl RasterRules {
@@ -196,6 +210,7 @@ impl RasterRules {
         setup_from: SetupFrom::Snapped,
         line_corners: LineCorners::UnsnappedEnds,
         f16_rounding: F16Rounding::NearestEven,
+        unorm_depth: UnormDepth::NearestUp,
     };
     /// Mesa's llvmpipe on a CPU with FMA.
     pub const LAVAPIPE: Self = Self {
@@ -206,6 +221,7 @@ impl RasterRules {
         setup_from: SetupFrom::Unsnapped,
         line_corners: LineCorners::SnappedEnds,
         f16_rounding: F16Rounding::TowardZero,
+        unorm_depth: UnormDepth::Scaled,
         ..Self::REFERENCE
     };
     /// Mesa's llvmpipe on a CPU without FMA, or with `GALLIUM_OVERRIDE_CPU_CAPS=sse4.1`.
@@ -218,6 +234,7 @@ impl RasterRules {
         clip_volume: ClipVolume::Frustum,
         clip_arithmetic: ClipArithmetic::OntoPlane,
         depth_plane: DepthPlane::SwiftShader,
+        unorm_depth: UnormDepth::NearestEven,
         ..Self::REFERENCE
     };
 }

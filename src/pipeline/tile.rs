@@ -15,7 +15,7 @@ use super::chunk::ChunkOutput;
 use super::coarse_depth::CoarseDepth;
 use super::depth_stencil::{StencilFace, compare_lanes};
 use super::fast_path::FastPath;
-use super::format::{ChannelKind, depth_value, quantize_depth};
+use super::format::{ChannelKind, depth_value, quantize_depth_by};
 use super::observer::{FragmentEvent, FragmentOutcome, Observer, reborrow};
 use super::pass::Draw;
 use super::raster::{BlockSink, walk};
@@ -472,7 +472,7 @@ impl<'a> TileWorker<'a, '_> {
                 primitive_id,
                 x: item.x + (lane as u32 & 3),
                 y: item.y + (lane as u32 >> 2),
-                depth: depth_value(kind, quantize_depth(kind, clamp_depth(z[lane], draw))),
+                depth: depth_value(kind, quantize_depth_by(pipeline.rules.unorm_depth, kind, clamp_depth(z[lane], draw))),
                 outcome,
                 stencil_before: self.stencil_before[lane],
                 stencil_after: stencil_after[lane],

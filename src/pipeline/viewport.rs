@@ -108,6 +108,11 @@ impl ViewTransform {
         }
     }
 
+    /// Planes behind which a point is dropped. Its square reaches inside where its centre lies a little beside the frustum.
+    pub fn point_clip_mask(&self) -> u8 {
+        outside::NEAR | outside::FAR | outside::GUARD
+    }
+
     /// Which clip-space positions are outside of which plane, by its bit.
     #[inline(always)]
     pub fn outside<L: Lanes>(&self, [x, y, z, w]: [L; 4]) -> [(L::Mask, u8); 8] {

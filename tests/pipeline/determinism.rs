@@ -311,8 +311,8 @@ const HASHES: [u64; 12] = [
     0x5287391ed7a153c7, // line strip
     0xa63a0467c236db14, // geometry to triangles
     0x8706d5ef1f7f7437, // geometry to points
-    0x6133fbd05f9ed189, // llvmpipe rules
-    0xf68f991151b2e437, // swiftshader rules
+    0xfe3386e1448a1a0d, // llvmpipe rules
+    0x11f738186cf3902d, // swiftshader rules
     0xd31095a50260d952, // stencil only
 ];
 

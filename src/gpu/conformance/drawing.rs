@@ -7,7 +7,7 @@ use crate::frame::{BindEntry, ColorTarget, DepthTarget, Frame, FrameDraw, FrameP
 use crate::pipeline::shader::Interpolation;
 use crate::pipeline::state::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, DepthStencilState, PrimitiveState,
-    PrimitiveTopology, RasterRules, TextureFormat,
+    PrimitiveTopology, RasterRules, TextureFormat, Viewport,
 };
 use crate::pipeline::{Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 
@@ -38,6 +38,12 @@ pub struct Drawing {
     pub line_width: f32,
     /// Whether fragments are counted.
     pub query: bool,
+    /// What stencil values are compared with and replaced by.
+    pub stencil_reference: u32,
+    /// The constant of blend factors.
+    pub blend_constant: [f32; 4],
+    /// Viewport; `None` for the whole target.
+    pub viewport: Option<Viewport>,
 }
 
 /// `src + dst`.
@@ -63,7 +69,24 @@ impl Drawing {
             point_size: 1.0,
             line_width: 1.0,
             query: false,
+            stencil_reference: 0,
+            blend_constant: [0.0; 4],
+            viewport: None,
         }
+    }
+
+    /// Primitives.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.vertices.len() / self.corners()
+    }
+
+    /// Some of the primitives, by number, with everything else as it is.
+    #[must_use]
+    pub fn only(&self, primitives: &[usize]) -> Self {
+        let corners = self.corners();
+        let vertices = primitives.iter().flat_map(|p| self.vertices[p * corners..(p + 1) * corners].iter().copied()).collect();
+        Self { vertices, ..self.clone() }
     }
 
     /// Vertices of a primitive.
@@ -107,7 +130,13 @@ impl Drawing {
             line_width: self.line_width,
             ..RenderPipelineDescriptor::new("conformance", program)
         });
-        let draw = FrameDraw { query: self.query.then_some(0), ..FrameDraw::new(pipeline, group, 0..self.vertices.len() as u32) };
+        let draw = FrameDraw {
+            query: self.query.then_some(0),
+            stencil_reference: self.stencil_reference,
+            blend_constant: self.blend_constant,
+            viewport: self.viewport,
+            ..FrameDraw::new(pipeline, group, 0..self.vertices.len() as u32)
+        };
         frame.passes.push(FramePass {
             label: "conformance".into(),
             color: color.iter().map(|(target, _)| Some(*target)).collect(),

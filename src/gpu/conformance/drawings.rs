@@ -1,0 +1,392 @@
+//! The drawings of the cases: which primitives, in which state, into which targets.
+
+use super::drawing::{ADD, Drawing};
+use super::primitives::{Crossing, MOST_ADDED, Shape, Source, any_w, corners, crossing, push_flat, push_weighted, to_clip};
+use super::program::Vertex;
+use crate::pipeline::shader::Interpolation;
+use crate::pipeline::state::{
+    BlendComponent, BlendFactor, BlendOperation, BlendState, Color, CompareFunction, DepthBiasState, DepthStencilState, PrimitiveTopology,
+    StencilFaceState, StencilOperation, StencilState, TextureFormat,
+};
+
+/// Target sizes in turn: a power of two, one that is not, and a screen.
+const SIZES: [(u32, u32); 5] = [(64, 64), (100, 60), (64, 64), (100, 60), (1024, 768)];
+/// Triangles of a drawing that may cover much of a screen.
+const ON_A_SCREEN: u32 = 250;
+
+fn size_of(index: u32) -> (u32, u32) {
+    SIZES[index as usize % SIZES.len()]
+}
+
+/// `|shape|` in every target size, at w = 1 and, in every other round, at any w.
+fn is_at_one(index: u32) -> bool {
+    (index as usize / SIZES.len()).is_multiple_of(2)
+}
+
+/// Triangles of a shape in clip space, one after the other.
+fn triangles(shape: Shape, source: &mut Source, index: u32, count: u32) -> Vec<[[f32; 4]; 3]> {
+    let size = size_of(index);
+    let mut list = Vec::new();
+    while list.len() < count as usize {
+        for triangle in corners(shape, source, size) {
+            // Corners that fans share must have one w, so that edges are shared to the last bit.
+            let shared = if is_at_one(index) { 1.0 } else { any_w(source) };
+            let own = !is_at_one(index) && shape != Shape::Fan;
+            list.push(triangle.map(|at| {
+                let w = if own {
+                    any_w(source)
+                } else if shape == Shape::Fan && !is_at_one(index) {
+                    1.0 + at[0] * 0.125
+                } else {
+                    shared
+                };
+                to_clip(size, at, source.unit(), w)
+            }));
+        }
+    }
+    list.truncate(count as usize);
+    list
+}
+
+fn count_of(shape: Shape, index: u32) -> u32 {
+    match shape {
+        Shape::Small(_) | Shape::Sliver => MOST_ADDED,
+        _ if size_of(index).0 > 512 => ON_A_SCREEN,
+        _ => MOST_ADDED,
+    }
+}
+
+/// Coverage: every triangle adds its own weight.
+pub(super) fn coverage(shape: Shape, source: &mut Source, index: u32) -> Drawing {
+    let list = triangles(shape, source, index, count_of(shape, index));
+    weighted(size_of(index), source, &list)
+}
+
+fn weighted(size: (u32, u32), source: &mut Source, list: &[[[f32; 4]; 3]]) -> Drawing {
+    let mut vertices = Vec::with_capacity(list.len() * 3);
+    for triangle in list {
+        push_weighted(&mut vertices, source, triangle);
+    }
+    Drawing::adding(size, vertices)
+}
+
+/// Coverage of clipped triangles.
+pub(super) fn clipping(kind: Crossing, source: &mut Source, index: u32) -> Drawing {
+    let size = size_of(index);
+    let count = if size.0 > 512 { ON_A_SCREEN / 2 } else { MOST_ADDED };
+    let list: Vec<_> = (0..count).map(|_| crossing(kind, source)).collect();
+    weighted(size, source, &list)
+}
+
+/// A depth test that writes, and nothing else.
+fn less(format: TextureFormat) -> DepthStencilState {
+    DepthStencilState {
+        format,
+        depth_write_enabled: Some(true),
+        depth_compare: Some(CompareFunction::Less),
+        stencil: StencilState::default(),
+        bias: DepthBiasState::default(),
+    }
+}
+
+/// What every other drawing of depth has: triangles of all sizes inside the frustum, or crossing its sides, near and far plane.
+fn depth_triangles(source: &mut Source, index: u32) -> Vec<[[f32; 4]; 3]> {
+    let count = if size_of(index).0 > 512 { ON_A_SCREEN } else { 1000 };
+    let shape = [Shape::Uniform, Shape::Small(8.0), Shape::Sliver, Shape::Small(32.0)][index as usize / SIZES.len() % 4];
+    let mut list = triangles(shape, source, index, count / 2);
+    let kind = [Crossing::Sides(1.9), Crossing::NearAndFar, Crossing::BehindTheEye][index as usize % 3];
+    list.extend((0..count / 2).map(|_| crossing(kind, source)));
+    list
+}
+
+/// The nearest triangle wins; its number is the colour.
+pub(super) fn depth(format: TextureFormat, source: &mut Source, index: u32) -> Drawing {
+    let list = depth_triangles(source, index);
+    let drawing = weighted(size_of(index), source, &list);
+    Drawing { depth_stencil: Some(less(format)), color: Some((TextureFormat::R32Float, None)), ..drawing }
+}
+
+/// Depth alone, biased: constant, slope and clamp in turn.
+pub(super) fn depth_bias(format: TextureFormat, source: &mut Source, index: u32) -> Drawing {
+    let size = size_of(index);
+    // Slopes of slivers have no bound, and every bias of theirs is clamped.
+    let count = if size.0 > 512 { ON_A_SCREEN } else { 1000 };
+    let list = triangles([Shape::Uniform, Shape::Small(32.0)][index as usize / 5 % 2], source, index, count);
+    let drawing = weighted(size, source, &list);
+    let constant = [0, 1, -3, 1000, -70_000, 1 << 20][source.whole(6) as usize];
+    let slope_scale = [0.0, 1.0, -0.5, 2.75][source.whole(4) as usize];
+    let clamp = [0.0, 0.0, 0.01, -0.003][source.whole(4) as usize];
+    let state = DepthStencilState { bias: DepthBiasState { constant, slope_scale, clamp }, ..less(format) };
+    Drawing { depth_stencil: Some(state), color: None, ..drawing }
+}
+
+const OPERATIONS: [StencilOperation; 8] = [
+    StencilOperation::Keep,
+    StencilOperation::Zero,
+    StencilOperation::Replace,
+    StencilOperation::Invert,
+    StencilOperation::IncrementClamp,
+    StencilOperation::DecrementClamp,
+    StencilOperation::IncrementWrap,
+    StencilOperation::DecrementWrap,
+];
+const COMPARISONS: [CompareFunction; 8] = [
+    CompareFunction::Never,
+    CompareFunction::Less,
+    CompareFunction::Equal,
+    CompareFunction::LessEqual,
+    CompareFunction::Greater,
+    CompareFunction::NotEqual,
+    CompareFunction::GreaterEqual,
+    CompareFunction::Always,
+];
+
+fn counting(format: TextureFormat, front: StencilOperation, back: StencilOperation) -> DepthStencilState {
+    let face = |pass_op| StencilFaceState { pass_op, ..StencilFaceState::IGNORE };
+    let depth = format != TextureFormat::Stencil8;
+    DepthStencilState {
+        format,
+        depth_write_enabled: depth.then_some(false),
+        depth_compare: depth.then_some(CompareFunction::Always),
+        stencil: StencilState { front: face(front), back: face(back), read_mask: !0, write_mask: !0 },
+        bias: DepthBiasState::default(),
+    }
+}
+
+/// Layers are counted past 255: front faces one way, back faces the other, or both the same way.
+pub(super) fn stencil_counts(source: &mut Source, index: u32) -> Drawing {
+    use StencilOperation::{DecrementClamp, DecrementWrap, IncrementClamp, IncrementWrap, Keep};
+    let size = size_of(index);
+    let count = if size.0 > 512 { ON_A_SCREEN } else { MOST_ADDED };
+    let spread = if index.is_multiple_of(2) { Crossing::Sides(1.3) } else { Crossing::BehindTheEye };
+    let list: Vec<_> = (0..count).map(|_| crossing(spread, source)).collect();
+    let pairs = [
+        (IncrementWrap, IncrementWrap),
+        (IncrementWrap, DecrementWrap),
+        (IncrementClamp, IncrementClamp),
+        (IncrementWrap, Keep),
+        (DecrementClamp, IncrementWrap),
+        (DecrementWrap, DecrementWrap),
+    ];
+    let (front, back) = pairs[index as usize % pairs.len()];
+    let format = source.choice(&[TextureFormat::Stencil8, TextureFormat::Depth32FloatStencil8]);
+    Drawing { depth_stencil: Some(counting(format, front, back)), color: None, ..weighted(size, source, &list) }
+}
+
+/// Tetrahedra, each closed: front faces in and back faces out leave nothing behind.
+pub(super) fn closed_meshes(source: &mut Source, index: u32) -> Drawing {
+    let size = size_of(index);
+    let count = if size.0 > 512 { ON_A_SCREEN } else { MOST_ADDED } / 4;
+    let mut list = Vec::new();
+    for _ in 0..count {
+        let hub = [source.between(-1.2, 1.2), source.between(-1.2, 1.2)];
+        let v: [[f32; 4]; 4] = std::array::from_fn(|_| {
+            let w = if is_at_one(index) { 1.0 } else { source.between(0.5, 4.0) };
+            let xy = hub.map(|h| (h + source.between(-0.6, 0.6)) * w);
+            [xy[0], xy[1], source.unit() * w, w]
+        });
+        list.extend([[v[0], v[1], v[2]], [v[0], v[2], v[3]], [v[0], v[3], v[1]], [v[1], v[3], v[2]]]);
+    }
+    let state = counting(
+        source.choice(&[TextureFormat::Stencil8, TextureFormat::Depth32FloatStencil8]),
+        StencilOperation::IncrementWrap,
+        StencilOperation::DecrementWrap,
+    );
+    Drawing { depth_stencil: Some(state), color: None, ..weighted(size, source, &list) }
+}
+
+/// Every comparison, operation and mask at random, with a depth test beside it.
+pub(super) fn stencil_states(source: &mut Source, index: u32) -> Drawing {
+    let list = depth_triangles(source, index);
+    let face = |s: &mut Source| StencilFaceState {
+        compare: s.choice(&COMPARISONS),
+        fail_op: s.choice(&OPERATIONS),
+        depth_fail_op: s.choice(&OPERATIONS),
+        pass_op: s.choice(&OPERATIONS),
+    };
+    let masks = [0xff, 0xff, 0x0f, 0xaa];
+    let stencil =
+        StencilState { front: face(source), back: face(source), read_mask: source.choice(&masks), write_mask: source.choice(&masks) };
+    let state = DepthStencilState {
+        depth_compare: Some(source.choice(&COMPARISONS)),
+        depth_write_enabled: Some(source.whole(2) == 0),
+        stencil,
+        ..less(TextureFormat::Depth32FloatStencil8)
+    };
+    Drawing {
+        depth_stencil: Some(state),
+        color: None,
+        stencil_reference: source.whole(256),
+        clear_depth: 0.5,
+        ..weighted(size_of(index), source, &list)
+    }
+}
+
+const FACTORS: [BlendFactor; 13] = [
+    BlendFactor::Zero,
+    BlendFactor::One,
+    BlendFactor::Src,
+    BlendFactor::OneMinusSrc,
+    BlendFactor::SrcAlpha,
+    BlendFactor::OneMinusSrcAlpha,
+    BlendFactor::Dst,
+    BlendFactor::OneMinusDst,
+    BlendFactor::DstAlpha,
+    BlendFactor::OneMinusDstAlpha,
+    BlendFactor::SrcAlphaSaturated,
+    BlendFactor::Constant,
+    BlendFactor::OneMinusConstant,
+];
+const BLENDS: [BlendOperation; 5] =
+    [BlendOperation::Add, BlendOperation::Subtract, BlendOperation::ReverseSubtract, BlendOperation::Min, BlendOperation::Max];
+
+/// Whether source and destination are multiplied by the same factor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Factors {
+    /// Never.
+    Two,
+    /// Always.
+    One,
+}
+
+fn any_blend(factors: Factors, source: &mut Source) -> BlendComponent {
+    let operation = source.choice(&BLENDS);
+    if matches!(operation, BlendOperation::Min | BlendOperation::Max) {
+        return BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation };
+    }
+    let src = source.whole(FACTORS.len() as u32) as usize;
+    let dst = match factors {
+        Factors::One => src,
+        Factors::Two => (src + 1 + source.whole(FACTORS.len() as u32 - 1) as usize) % FACTORS.len(),
+    };
+    BlendComponent { src_factor: FACTORS[src], dst_factor: FACTORS[dst], operation }
+}
+
+/// What colours are made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Colors {
+    /// Quarters from 0 to 1: products of a few are exact.
+    Quarters,
+    /// Any number in -1..2.
+    Any,
+    /// Multiples of 1/255.
+    Bytes,
+}
+
+/// Pixels along a cell's edge, and triangles in it.
+const CELL: u32 = 20;
+const LAYERS: u32 = 3;
+
+/// All factors and operations at random; few layers over each pixel.
+pub(super) fn blending(format: TextureFormat, colors: Colors, factors: Factors, source: &mut Source, index: u32) -> Drawing {
+    let blend = BlendState { color: any_blend(factors, source), alpha: any_blend(factors, source) };
+    blended(format, colors, Some(blend), source, index)
+}
+
+/// No blending, or plain addition: how a format rounds.
+pub(super) fn rounding(format: TextureFormat, colors: Colors, add: bool, source: &mut Source, index: u32) -> Drawing {
+    blended(format, colors, add.then_some(ADD), source, index)
+}
+
+fn blended(format: TextureFormat, colors: Colors, blend: Option<BlendState>, source: &mut Source, index: u32) -> Drawing {
+    let size = [(64, 64), (100, 60)][index as usize % 2];
+    let number = |s: &mut Source| match colors {
+        Colors::Quarters => s.whole(5) as f32 * 0.25,
+        Colors::Any => s.between(-1.0, 2.0),
+        Colors::Bytes => s.whole(256) as f32 / 255.0,
+    };
+    let color = |s: &mut Source| [number(s), number(s), number(s), number(s)];
+    let mut vertices = Vec::new();
+    // Three triangles to a cell: squares of squares stay far from overflow and from denormal numbers.
+    let cells = (size.0 / CELL, size.1 / CELL);
+    for number in 0..LAYERS * cells.0 * cells.1 {
+        let cell = [number % cells.0 * CELL, number / cells.0 % cells.1 * CELL].map(|v| v as f32);
+        let shade = color(source);
+        let triangle = [0; 3].map(|_| to_clip(size, cell.map(|v| v + source.unit() * CELL as f32), 0.5, 1.0));
+        push_flat(&mut vertices, &triangle, shade);
+    }
+    let [r, g, b, a] = color(source).map(f64::from);
+    Drawing { color: Some((format, blend)), clear: Color { r, g, b, a }, blend_constant: color(source), ..Drawing::adding(size, vertices) }
+}
+
+/// Well-shaped triangles with attributes in 1..2, one to a cell of 32 or 128 pixels.
+pub(super) fn interpolated(interpolation: Interpolation, varied: bool, source: &mut Source, index: u32) -> Drawing {
+    let cell = if index.is_multiple_of(2) { 128.0 } else { 32.0 };
+    let size = (512, 512);
+    let mut vertices = Vec::new();
+    let across = (512.0 / cell) as u32;
+    for number in 0..across * across {
+        let corner = [(number % across) as f32 * cell, (number / across) as f32 * cell];
+        let turn = source.unit() * std::f32::consts::TAU;
+        for k in 0..3 {
+            let angle = turn + (k as f32 + source.between(-0.15, 0.15)) * (std::f32::consts::TAU / 3.0);
+            let reach = cell * source.between(0.35, 0.5);
+            let at = [corner[0] + cell * 0.5 + reach * libm::cosf(angle), corner[1] + cell * 0.5 + reach * libm::sinf(angle)];
+            let w = if varied { libm::expf(source.between(-1.0, 1.0)) } else { 1.0 };
+            let color = [0; 4].map(|_| source.between(1.0, 2.0));
+            vertices.push(Vertex { position: to_clip(size, at.map(|v| v.clamp(0.0, 512.0)), 0.5, w), color });
+        }
+    }
+    Drawing { interpolation, color: Some((TextureFormat::Rgba32Float, None)), ..Drawing::adding(size, vertices) }
+}
+
+/// Where points and ends of lines lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Grid {
+    /// Anywhere inside.
+    Free,
+    /// Anywhere up to a tenth outside.
+    Around,
+    /// Multiples of 1/16 pixel.
+    Sixteenths,
+    /// Odd multiples of 1/512 pixel.
+    Ties512,
+    /// Pixel centres.
+    Centres,
+}
+
+fn place(grid: Grid, source: &mut Source, size: (u32, u32)) -> [f32; 2] {
+    let full = [size.0 as f32, size.1 as f32];
+    full.map(|extent| match grid {
+        Grid::Free => source.unit() * extent,
+        Grid::Around => source.between(-0.1, 1.1) * extent,
+        Grid::Sixteenths => (source.unit() * extent * 16.0).floor() / 16.0,
+        Grid::Ties512 => ((source.unit() * extent * 256.0).floor() + 0.5) / 256.0,
+        Grid::Centres => (source.unit() * extent).floor() + 0.5,
+    })
+}
+
+/// Points, each with its weight; larger than a pixel they are squares.
+pub(super) fn points(grid: Grid, edge: f32, source: &mut Source, index: u32) -> Drawing {
+    let size = size_of(index);
+    let mut vertices = Vec::new();
+    for _ in 0..1000 {
+        let at = place(grid, source, size);
+        push_weighted(&mut vertices, source, &[to_clip(size, at, 0.5, 1.0)]);
+    }
+    Drawing { topology: PrimitiveTopology::PointList, point_size: edge, ..Drawing::adding(size, vertices) }
+}
+
+/// Lines, each with its weight. `aligned`: along rows or columns.
+pub(super) fn lines(grid: Grid, aligned: bool, width: f32, source: &mut Source, index: u32) -> Drawing {
+    let size = size_of(index);
+    let mut vertices = Vec::new();
+    for _ in 0..500 {
+        // Unless they are to be clipped, lines keep their rectangles inside the target.
+        let margin = if grid == Grid::Around { 0.0 } else { (width * 0.5).ceil() + 1.0 };
+        let within = (size.0 - 2 * margin as u32, size.1 - 2 * margin as u32);
+        let inside = |s: &mut Source| place(grid, s, within).map(|v| v + margin);
+        let (a, mut b) = (inside(source), inside(source));
+        if aligned {
+            let along = source.whole(2) as usize;
+            b[along] = a[along];
+        }
+        push_weighted(&mut vertices, source, &[a, b].map(|at| to_clip(size, at, 0.5, 1.0)));
+    }
+    Drawing { topology: PrimitiveTopology::LineList, line_width: width, ..Drawing::adding(size, vertices) }
+}
+
+/// Fragments that pass a depth test are counted.
+pub(super) fn counted(source: &mut Source, index: u32) -> Drawing {
+    Drawing { query: true, ..depth(TextureFormat::Depth32Float, source, index) }
+}
