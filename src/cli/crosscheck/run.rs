@@ -12,7 +12,7 @@ use crate::caustics::{RenderOptions, Renderer, TECHNIQUES};
 use crate::cli::{Outcome, interrupt, list, output, renderer};
 use crate::frame::Frame;
 use crate::gpu::crosscheck::{AttachmentReport, Located, Mode, Report, crosscheck, locate, plain_tone, side_by_side};
-use crate::gpu::{Gpu, GpuError, find_adapter};
+use crate::gpu::{Gpu, GpuError, conformance, find_adapter};
 use crate::image::{file, png};
 use crate::pipeline::{Device, DeviceOptions, Surface, format_info};
 
@@ -23,6 +23,7 @@ struct All {
     rules: &'static str,
     agrees: bool,
     frames: Vec<FrameReport>,
+    conformance: Option<conformance::Report>,
 }
 
 /// One frame in one mode.
@@ -45,12 +46,12 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     };
     let gpu = Gpu::open(adapter)?;
     let device = Device::new(DeviceOptions::default())?;
-    let rules = gpu.adapter().family().candidates()[0];
+    let rules = conformance::choose_rules(&gpu, &device)?;
     let scenes = if args.all { list::scene_paths(Path::new("scenes"))? } else { args.scenes.clone() };
     if let Some(folder) = &args.output {
         fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
-    let mut all = All { adapter: gpu.adapter().title(), rules: rules.0, agrees: true, frames: Vec::new() };
+    let mut all = All { adapter: gpu.adapter().title(), rules: rules.0, agrees: true, frames: Vec::new(), conformance: None };
     let modes: &[Mode] = match args.mode {
         Modes::Free => &[Mode::FreeRunning],
         Modes::Resync => &[Mode::Resynchronised],
@@ -74,6 +75,14 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
                 all.frames.push(report);
             }
         }
+    }
+    if let Some(share) = args.conformance {
+        let report = conformance::run(&gpu, &device, rules, share)?;
+        all.agrees &= report.passes();
+        if !args.json {
+            output::text(&format!("\n{}\n", report.markdown()))?;
+        }
+        all.conformance = Some(report);
     }
     if args.json {
         output::json(&all)?;
