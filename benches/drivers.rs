@@ -23,6 +23,9 @@ use shared::{FRAMES, PAPER_FRAMES, PaperFrame, PassClock, SIZE, median, paper_sc
 
 /// Frames run before the ones that count.
 const WARM_UP: usize = 3;
+/// A frame that takes longer than this is measured fewer times, seconds.
+const SLOW_SECONDS: f64 = 1.0;
+const FEW_FRAMES: usize = 3;
 /// Most memory that a frame may take, bytes.
 const MEMORY: u64 = 8 << 30;
 
@@ -88,9 +91,8 @@ struct Timed {
 
 /// Medians over frames, given each frame's seconds and those of its passes.
 fn medians(frames: Vec<(f64, Vec<f64>)>) -> Timed {
-    let kept = &frames[WARM_UP..];
-    let pass = |k: usize| median(kept.iter().map(|(_, passes)| passes[k]).collect());
-    Timed { whole: median(kept.iter().map(|f| f.0).collect()), passes: (0..kept[0].1.len()).map(pass).collect() }
+    let pass = |k: usize| median(frames.iter().map(|(_, passes)| passes[k]).collect());
+    Timed { whole: median(frames.iter().map(|f| f.0).collect()), passes: (0..frames[0].1.len()).map(pass).collect() }
 }
 
 fn time_software(frame: &Frame) -> Timed {
@@ -103,7 +105,17 @@ fn time_software(frame: &Frame) -> Timed {
         executor.run(frame, None).expect("the frame runs");
         (start.elapsed().as_secs_f64(), clock.seconds.into_iter().map(|p| p.1).collect())
     };
-    medians(std::iter::repeat_with(run).take(FRAMES + WARM_UP).collect())
+    take_frames(run)
+}
+
+/// Runs frames and takes medians; of frames that take seconds, [`FEW_FRAMES`] after one warm one.
+fn take_frames(mut run: impl FnMut() -> (f64, Vec<f64>)) -> Timed {
+    let first = run();
+    if first.0 > SLOW_SECONDS {
+        return medians((0..FEW_FRAMES).map(|_| run()).collect());
+    }
+    let frames: Vec<_> = (0..FRAMES + WARM_UP).map(|_| run()).collect();
+    medians(frames[WARM_UP..].to_vec())
 }
 
 fn time_driver(gpu: &Gpu, frame: &Frame) -> Timed {
@@ -127,7 +139,7 @@ fn time_driver(gpu: &Gpu, frame: &Frame) -> Timed {
         on_gpu.run(&passes).expect("the driver draws");
         (start.elapsed().as_secs_f64(), seconds)
     };
-    medians(std::iter::repeat_with(run).take(FRAMES + WARM_UP).collect())
+    take_frames(run)
 }
 
 /// One line: milliseconds of the software GPU, and of each driver with the ratio to it.
@@ -152,7 +164,10 @@ fn main() {
         return;
     }
     let threads = Device::new(DeviceOptions::default()).expect("threads start").threads();
-    println!("{threads} threads, medians of {FRAMES} frames after {WARM_UP}; micro-benchmarks at {}x{}", SIZE.0, SIZE.1);
+    println!(
+        "{threads} threads, medians of {FRAMES} frames after {WARM_UP} ({FEW_FRAMES} where one takes over {SLOW_SECONDS} s); micro-benchmarks at {}x{}",
+        SIZE.0, SIZE.1
+    );
     gpus.iter().for_each(|gpu| println!("- {}", gpu.adapter().title()));
     let (list, points) = (PrimitiveTopology::TriangleList, PrimitiveTopology::PointList);
     header("what", &gpus);

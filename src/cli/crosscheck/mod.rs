@@ -65,6 +65,7 @@ pub enum Modes {
 }
 
 /// The arguments as meant.
+#[cfg_attr(not(feature = "wgpu"), expect(dead_code, reason = "without drivers nothing is run, but arguments are checked all the same"))]
 #[derive(Debug)]
 pub struct HiArgs {
     /// Scene files; all below scenes/ if `all`.

@@ -18,7 +18,7 @@ pub enum Verdict {
     Identical,
     /// Pixels differ within the named bound.
     Within,
-    /// Pixels differ, for a reason that is known.
+    /// No more pixels differ than a known reason accounts for.
     Differs,
     /// Pixels differ and should not.
     Unexpected,
@@ -90,7 +90,7 @@ impl CaseReport {
             (Verdict::Identical, _) => "identical".to_owned(),
             (Verdict::Within, Expectation::Within(bound, name)) => format!("within {bound:e} (`{name}`)"),
             (Verdict::Within, _) => "within".to_owned(),
-            (Verdict::Differs, Expectation::Differs(reason)) => format!("differs: {reason}"),
+            (Verdict::Differs, Expectation::Differs(reason, _)) => format!("differs: {reason}"),
             (Verdict::Differs, _) => "differs".to_owned(),
             (Verdict::Unexpected, _) => format!("**unexpected**: {} pixels beyond the bound", self.outliers),
         }

@@ -1,6 +1,6 @@
 //! Draws the cases on a driver and on the software GPU, and compares.
 
-use super::cases::{CASES, Case, Expectation};
+use super::cases::{CASES, Case, Expectation, FEW};
 use super::explain::{Explanation, Step, chain};
 use super::image::{Image, on_driver, on_software};
 use super::probes::probes;
@@ -57,7 +57,9 @@ pub fn run_case(gpu: &Gpu, device: &Device, rules: &RasterRules, case: &Case, sh
     report.verdict = match expectation {
         _ if report.differing == 0 => Verdict::Identical,
         Expectation::Within(..) if report.outliers == 0 => Verdict::Within,
-        Expectation::Differs(_) => Verdict::Differs,
+        Expectation::Differs(_, most_ppm) if report.differing <= FEW.max((report.pixels as f64 * most_ppm / 1.0e6) as u64) => {
+            Verdict::Differs
+        }
         _ => Verdict::Unexpected,
     };
     Ok(report)

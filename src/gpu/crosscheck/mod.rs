@@ -3,7 +3,7 @@
 //! *Free-running*, each side reads what itself drew in earlier passes, and the driver shades vertices: the check is of the whole frame.
 //! *Resynchronised*, the driver starts every pass from the software GPU's attachments, and gets its vertices: what differs then is the doing
 //! of that one pass, after the vertex stage. Every attachment has a named [`Bound`]; the first that does not keep it is traced to a draw, a
-//! primitive and a pixel ([`locate`]).
+//! primitive and a pixel ([`locate()`]).
 
 mod bounds;
 mod compare;
