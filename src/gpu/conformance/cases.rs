@@ -19,7 +19,7 @@ pub enum Expectation {
     Exact,
     /// Bit for bit except where rounding is free: this relative error, and the name of the bound.
     Within(f64, &'static str),
-    /// Some pixels differ, and this is why; and no more of a million than this, or [`FEW`] in all.
+    /// Some pixels differ, and this is why; no more for each primitive drawn than this, or [`FEW`] in all.
     Differs(&'static str, f64),
 }
 
@@ -111,26 +111,26 @@ impl Case {
 
 const ONE_FACTOR: Expectation = Expectation::Differs(
     "llvmpipe adds source and destination before it multiplies them by their common factor, in f32; D3D and we multiply first",
-    150000.0,
+    20.0,
 );
 const BYTES: Expectation =
-    Expectation::Differs("llvmpipe blends 8-bit colours in integers and rounds every product to a multiple of 1/255", 60000.0);
+    Expectation::Differs("llvmpipe blends 8-bit colours in integers and rounds every product to a multiple of 1/255", 8.0);
 const POINT_TIES: Expectation = Expectation::Differs(
     "llvmpipe of Mesa 22.3 moves some points that lie half-way between two sub-pixel positions; Mesa 25 does not",
-    300.0,
+    0.03,
 );
 const CLIPPED_CORNER: Expectation = Expectation::Differs(
     "a corner that clipping made lies within rounding of half a sub-pixel step, and SwiftShader snaps it the other way; which of its operations rounds differently is not known",
-    1.0,
+    1.0e-4,
 );
 const LINE_CORNERS: Expectation =
-    Expectation::Differs("the corners of a line's rectangle are computed in f32, by us in f64: one near a tie snaps the other way", 60.0);
+    Expectation::Differs("the corners of a line's rectangle are computed in f32, by us in f64: one near a tie snaps the other way", 0.015);
 const LINE_CLIPPED: Expectation = Expectation::Differs(
     "SwiftShader clips the rectangle around a line, we clip the segment and leave the rest to the scissor; corners as above",
-    8000.0,
+    2.5,
 );
 const WIDE: Expectation =
-    Expectation::Differs("WebGPU has no wide lines: their corners are rounded once more on the way through clip space", 1600.0);
+    Expectation::Differs("WebGPU has no wide lines: their corners are rounded once more on the way through clip space", 0.5);
 
 /// All cases.
 pub const CASES: &[Case] = &[

@@ -57,9 +57,7 @@ pub fn run_case(gpu: &Gpu, device: &Device, rules: &RasterRules, case: &Case, sh
     report.verdict = match expectation {
         _ if report.differing == 0 => Verdict::Identical,
         Expectation::Within(..) if report.outliers == 0 => Verdict::Within,
-        Expectation::Differs(_, most_ppm) if report.differing <= FEW.max((report.pixels as f64 * most_ppm / 1.0e6) as u64) => {
-            Verdict::Differs
-        }
+        Expectation::Differs(_, each) if report.differing <= FEW.max((report.primitives as f64 * each) as u64) => Verdict::Differs,
         _ => Verdict::Unexpected,
     };
     Ok(report)
