@@ -67,8 +67,12 @@ fn comparisons_without_a_driver_are_not_run() {
     for arguments in [&["crosscheck", "--conformance"][..], &["crosscheck", "scene.ron"], &["crosscheck", "--all", "--json"]] {
         assert!(run(arguments).contains("not run: "), "{arguments:?}");
     }
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/analytic/flat_water.ron");
+    let render = run(&["render", scene.to_str().unwrap(), "--backend", "wgpu", "-o", "a.png"]);
     let missing = if cfg!(feature = "wgpu") { "no Vulkan adapter" } else { "this build has no drivers" };
-    assert!(run(&["list", "adapters"]).contains(missing));
+    assert!(run(&["list", "adapters"]).contains(missing) && render.contains(missing), "{render}");
+    assert_eq!(files_below(folder.path()), Vec::<String>::new());
+    assert!(refusal(&["render", "a.ron", "--adapter", "llvmpipe"]).contains("add --backend wgpu"));
 }
 
 #[test]

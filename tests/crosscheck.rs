@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use nephroid::caustics::{RenderOptions, Renderer};
-use nephroid::frame::{BindEntry, ColorTarget, DepthTarget, Executor as _, Frame, FrameDraw, FramePass};
+use nephroid::frame::{BindEntry, ColorTarget, DepthTarget, Executor as _, Frame, FrameDraw, FrameError, FramePass};
 use nephroid::gpu::conformance::program::{Vertex, program};
 use nephroid::gpu::crosscheck::{Located, Mode, Report, crosscheck, locate, side_by_side};
 use nephroid::gpu::{Gpu, GpuError, GpuExecutor, adapters, find_adapter};
@@ -251,12 +251,15 @@ fn whole_frames_run_as_on_any_executor() {
     for gpu in gpus() {
         let frame = scene_frame(48);
         let title = gpu.adapter().title();
-        let mut executor = GpuExecutor::new(gpu, device());
+        let mut executor = GpuExecutor::new(gpu, device(), 1 << 30);
         let output = executor.run(&frame, None).expect("the frame runs");
         let color = frame.texture_named("color").expect("a picture");
         let texels = output.texture(color).read_channel(0, 0, 0);
         assert!(texels.iter().all(|t| t.is_finite()) && texels.iter().any(|&t| t > 0.0), "{title}");
         assert_eq!(output.passes.len(), frame.passes.len());
+        let gpu = Gpu::open(adapters().into_iter().find(|a| a.title() == title).expect("it was there")).expect("the adapter opens");
+        let refused = GpuExecutor::new(gpu, device(), 1 << 20).run(&frame, None).err();
+        assert!(matches!(refused, Some(FrameError::Memory { .. })), "{title}: {refused:?}");
     }
 }
 
@@ -270,7 +273,7 @@ fn pictures_show_both_versions_and_the_error() {
     let info = format_info(format).expect("a format");
     let surfaces = [a.surface(0, 0), b.surface(0, 0)];
     let difference = nephroid::gpu::crosscheck::compare(info, surfaces[0], surfaces[1], 0.0);
-    let layer = side_by_side(info, surfaces, &difference).expect("a picture");
+    let layer = side_by_side(info, surfaces, &difference, 0.0).expect("a picture");
     assert_eq!((layer.width(), layer.height()), (3 * 16 + 8, 8));
     let red = |x: u32, y: u32| *layer.planes()[0].get(x, y).expect("inside");
     assert_eq!((red(3, 2), red(20 + 3, 2), red(40 + 3, 2)), (0.0, 1.0, 1.0));
@@ -288,6 +291,26 @@ fn unknown_adapters_and_missing_twins_are_told() {
         frame.pipelines[0].program = Arc::new(without);
         let report = crosscheck(&gpu, &device(), &frame, &frame, Mode::FreeRunning, |_, _| {});
         assert!(matches!(report, Err(GpuError::Twin { .. })), "{report:?}");
+    }
+}
+
+#[test]
+fn a_missing_feature_is_named_with_the_adapters_that_have_it() {
+    for gpu in gpus() {
+        let mut frame = frame();
+        change_pipeline(&mut frame, 2, |desc| {
+            if let Some(blend) = desc.targets[0].as_mut().and_then(|t| t.blend.as_mut()) {
+                blend.color.dst_factor = BlendFactor::OneMinusSrc1;
+            }
+        });
+        let feature = "DUAL_SOURCE_BLENDING";
+        if !gpu.adapter().line().missing.contains(&feature) {
+            continue;
+        }
+        let error = crosscheck(&gpu, &device(), &frame, &frame, Mode::FreeRunning, |_, _| {}).expect_err("it is missing").to_string();
+        let others: Vec<_> = adapters().into_iter().filter(|a| !a.line().missing.contains(&feature)).collect();
+        assert!(error.contains(feature) && error.contains(gpu.adapter().name()), "{error}");
+        assert!(others.iter().all(|a| error.contains(a.name())), "{error}");
     }
 }
 

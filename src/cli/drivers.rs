@@ -38,10 +38,10 @@ pub fn adapters() -> anyhow::Result<Vec<AdapterLine>> {
 
 /// An executor on the first adapter whose name contains this, or the first of all.
 #[cfg(feature = "wgpu")]
-pub fn executor(name: Option<&str>, options: DeviceOptions) -> anyhow::Result<Box<dyn Executor>> {
+pub fn executor(name: Option<&str>, options: DeviceOptions, memory_limit_bytes: u64) -> anyhow::Result<Box<dyn Executor>> {
     use crate::gpu::{Gpu, GpuExecutor, find_adapter};
     let gpu = Gpu::open(find_adapter(name)?)?;
-    Ok(Box::new(GpuExecutor::new(gpu, crate::pipeline::Device::new(options)?)))
+    Ok(Box::new(GpuExecutor::new(gpu, crate::pipeline::Device::new(options)?, memory_limit_bytes)))
 }
 
 /// What a build without drivers answers.
@@ -56,6 +56,6 @@ pub fn adapters() -> anyhow::Result<Vec<AdapterLine>> {
 
 /// An error: this build has no drivers.
 #[cfg(not(feature = "wgpu"))]
-pub fn executor(_name: Option<&str>, _options: DeviceOptions) -> anyhow::Result<Box<dyn Executor>> {
+pub fn executor(_name: Option<&str>, _options: DeviceOptions, _memory_limit_bytes: u64) -> anyhow::Result<Box<dyn Executor>> {
     anyhow::bail!(WITHOUT)
 }

@@ -151,7 +151,7 @@ pub fn render(request: &Request, prepared: &Prepared, driver: Option<Option<&str
     options.device.threads = Some(rayon::current_num_threads());
     let mut renderer = match driver {
         None => Renderer::new(scene, &options)?,
-        Some(name) => Renderer::with_executor(scene, &options, drivers::executor(name, options.device)?)?,
+        Some(name) => Renderer::with_executor(scene, &options, drivers::executor(name, options.device, options.memory_limit_bytes)?)?,
     };
     let rendered = renderer.render(scene, None)?;
     Ok(Rendering { technique, layers: rendered.layers, tone: tone_map(scene), counters: rendered.counters, audit: rendered.audit })

@@ -102,22 +102,6 @@ impl CpuExecutor {
         Self { device, memory_limit_bytes, textures: Vec::new() }
     }
 
-    fn check_memory(&self, frame: &Frame) -> Result<(), FrameError> {
-        let bins = (self.device.wave_bytes() as u64).max(MIN_BIN_BYTES);
-        let needed = frame.memory().resources().saturating_add(bins);
-        if needed <= self.memory_limit_bytes {
-            return Ok(());
-        }
-        let mib = |bytes: u64| bytes.div_ceil(1 << 20);
-        let (largest, largest_bytes) = frame.largest_resource().unwrap_or(("bins", bins));
-        Err(FrameError::Memory {
-            needed_mib: mib(needed),
-            limit_mib: self.memory_limit_bytes >> 20,
-            largest: largest.to_owned(),
-            largest_mib: mib(largest_bytes),
-        })
-    }
-
     /// Makes the frame's textures, or takes those of the last frame, and puts into them what they hold before the first pass.
     fn prepare_textures(&mut self, frame: &Frame) -> Result<(), FrameError> {
         self.textures.truncate(frame.textures.len());
@@ -140,7 +124,7 @@ impl CpuExecutor {
 
 impl Executor for CpuExecutor {
     fn run(&mut self, frame: &Frame, mut observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError> {
-        self.check_memory(frame)?;
+        check_memory(frame, &self.device, self.memory_limit_bytes)?;
         check_references(frame)?;
         let pipelines = pipelines(frame)?;
         self.prepare_textures(frame)?;
@@ -159,6 +143,26 @@ impl Executor for CpuExecutor {
     fn device(&self) -> &Device {
         &self.device
     }
+}
+
+/// Refuses a frame that needs more memory than it may use: its resources, and the bins of the software GPU.
+///
+/// # Errors
+/// [`FrameError::Memory`], with the largest part named.
+pub fn check_memory(frame: &Frame, device: &Device, limit_bytes: u64) -> Result<(), FrameError> {
+    let bins = (device.wave_bytes() as u64).max(MIN_BIN_BYTES);
+    let needed = frame.memory().resources().saturating_add(bins);
+    if needed <= limit_bytes {
+        return Ok(());
+    }
+    let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+    let (largest, largest_bytes) = frame.largest_resource().unwrap_or(("bins", bins));
+    Err(FrameError::Memory {
+        needed_mib: mib(needed),
+        limit_mib: limit_bytes >> 20,
+        largest: largest.to_owned(),
+        largest_mib: mib(largest_bytes),
+    })
 }
 
 /// The frame's pipelines, validated.

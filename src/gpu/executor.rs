@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::GpuError;
 use super::device::Gpu;
 use super::frame::{GpuFrame, Vertices};
-use crate::frame::cpu::initial_textures;
+use crate::frame::cpu::{check_memory, initial_textures};
 use crate::frame::{Executor, Frame, FrameError, FrameObserver, FrameOutput, TextureId, View};
 use crate::pipeline::{Device, PassOutput, Texture};
 
@@ -13,19 +13,21 @@ use crate::pipeline::{Device, PassOutput, Texture};
 pub struct GpuExecutor {
     gpu: Gpu,
     device: Device,
+    memory_limit_bytes: u64,
     textures: Vec<Texture>,
 }
 
 impl GpuExecutor {
-    /// An executor on a driver; `device` runs the stages that the driver lacks.
+    /// An executor on a driver that refuses frames above a memory limit; `device` runs the stages that the driver lacks.
     #[must_use]
-    pub fn new(gpu: Gpu, device: Device) -> Self {
-        Self { gpu, device, textures: Vec::new() }
+    pub fn new(gpu: Gpu, device: Device, memory_limit_bytes: u64) -> Self {
+        Self { gpu, device, memory_limit_bytes, textures: Vec::new() }
     }
 }
 
 impl Executor for GpuExecutor {
     fn run(&mut self, frame: &Frame, mut observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError> {
+        check_memory(frame, &self.device, self.memory_limit_bytes)?;
         let mut on_gpu = GpuFrame::new(&self.gpu, frame)?;
         self.textures = initial_textures(frame)?;
         let mut passes = Vec::with_capacity(frame.passes.len());

@@ -11,6 +11,7 @@ use super::{HiArgs, Modes};
 use crate::caustics::{RenderOptions, Renderer, TECHNIQUES};
 use crate::cli::{Outcome, interrupt, list, output, renderer};
 use crate::frame::Frame;
+use crate::frame::cpu::check_memory;
 use crate::gpu::crosscheck::{AttachmentReport, Located, Mode, Report, crosscheck, locate, plain_tone, side_by_side};
 use crate::gpu::{Gpu, GpuError, conformance, find_adapter};
 use crate::image::{file, png};
@@ -66,6 +67,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
             let options = RenderOptions { technique: technique.name().to_owned(), ..RenderOptions::default() };
             let mut frame = Renderer::new(&loaded, &options)?.build(&loaded).frame;
             frame.rules = rules.1;
+            check_memory(&frame, &device, options.memory_limit_bytes)?;
             for &mode in modes {
                 let report = check(args, &gpu, &device, &frame, mode, scene, technique.name())?;
                 all.agrees &= report.report.agrees();
@@ -125,7 +127,7 @@ fn check(
 
 fn picture(attachment: &AttachmentReport, surfaces: [&Surface; 2], path: &Path, written: &mut Vec<PathBuf>) -> anyhow::Result<()> {
     let Some(info) = format_info(attachment.format) else { return Ok(()) };
-    let layer = side_by_side(info, surfaces, &attachment.difference)?;
+    let layer = side_by_side(info, surfaces, &attachment.difference, attachment.bound.tolerance)?;
     let bytes = png::encode(&layer, &plain_tone())?;
     interrupt::uninterrupted(|| file::write_atomically(path, &bytes))?;
     written.push(path.to_owned());

@@ -9,16 +9,23 @@ const GAP: u32 = 4;
 
 /// A picture of two versions of an attachment: what the software GPU has, what the driver has, and the relative error.
 ///
-/// Values are scaled so that twice the expected mean is white. Errors are red, as bright as their magnitude between 1e-7 and 1 on a
-/// logarithmic scale; pixels with equal bits are black. To be written with [`plain_tone`].
+/// Values are scaled so that twice the expected mean is white. Errors are blue up to `tolerance` and red beyond, as bright as their magnitude
+/// between 1e-7 and 1 on a logarithmic scale; pixels with equal bits are black. To be written with [`plain_tone`].
 ///
 /// # Errors
 /// If the picture is too large for a layer.
-pub fn side_by_side(info: FormatInfo, [expected, actual]: [&Surface; 2], difference: &Difference) -> Result<Layer, LayerError> {
+pub fn side_by_side(
+    info: FormatInfo,
+    [expected, actual]: [&Surface; 2],
+    difference: &Difference,
+    tolerance: f64,
+) -> Result<Layer, LayerError> {
     let (width, height) = (expected.width, expected.height);
-    let value = |s: &Surface, x: u32, y: u32, channel: usize| match info.channels {
-        0 => f32::from(s.stencil_at(x, y)),
-        channels => s.get(x, y, channel.min(channels - 1)),
+    // Of depth and stencil, the one that differs.
+    let stencil = info.channels == 0 || difference.first.is_some_and(|p| p.channel == info.channels);
+    let value = |s: &Surface, x: u32, y: u32, channel: usize| match stencil {
+        true => f32::from(s.stencil_at(x, y)),
+        false => s.get(x, y, channel.min(info.channels - 1)),
     };
     let mut sum = 0.0;
     for y in 0..height {
@@ -44,7 +51,11 @@ pub fn side_by_side(info: FormatInfo, [expected, actual]: [&Surface; 2], differe
             let bright = if error > 0.0 { ((libm::log10(error.min(1.0)) + 7.0) / 7.0).clamp(0.1, 1.0) as f32 } else { 0.0 };
             // The pixel that the report names stands out.
             let named = difference.first.is_some_and(|p| p.x.abs_diff(x).max(p.y.abs_diff(y)) == 3);
-            if named { [0.0, 1.0, 0.0] } else { [bright, bright * 0.2, bright * 0.1] }
+            match error <= tolerance {
+                _ if named => [0.0, 1.0, 0.0],
+                true => [0.0, bright * 0.1, bright * 0.5],
+                false => [1.0, bright * 0.5, bright * 0.2],
+            }
         }));
     }
     Layer::from_pixels("difference", whole, height, &pixels)
