@@ -8,16 +8,18 @@ use std::path::Path;
 use std::sync::Arc;
 
 use nephroid::caustics::{RenderOptions, Renderer};
+use nephroid::frame::cpu::stream_draw;
 use nephroid::frame::{BindEntry, ColorTarget, DepthTarget, Executor as _, Frame, FrameDraw, FrameError, FramePass};
 use nephroid::gpu::conformance::program::{Vertex, program};
 use nephroid::gpu::crosscheck::{Located, Mode, Report, crosscheck, locate, side_by_side};
-use nephroid::gpu::{Gpu, GpuError, GpuExecutor, adapters, find_adapter};
+use nephroid::gpu::{Gpu, GpuError, GpuExecutor, GpuFrame, adapters, find_adapter};
 use nephroid::math::rng::uniform3;
 use nephroid::passes::camera::CameraUniform;
 use nephroid::pipeline::shader::Interpolation;
 use nephroid::pipeline::state::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState,
-    DepthStencilState, PrimitiveState, PrimitiveTopology, StencilFaceState, StencilOperation, StencilState, TextureFormat, Viewport,
+    DepthStencilState, IndexFormat, PrimitiveState, PrimitiveTopology, StencilFaceState, StencilOperation, StencilState, TextureFormat,
+    Viewport,
 };
 use nephroid::pipeline::{Buffer, Device, DeviceOptions, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 
@@ -213,8 +215,11 @@ fn a_transposed_uniform_is_found_in_the_first_pass_that_reads_it() {
         let mut uniform: CameraUniform = *bytemuck::from_bytes(camera.data.bytes());
         uniform.clip_from_world = uniform.clip_from_world.transpose();
         camera.data = Arc::new(Buffer::from_value(&uniform));
-        let (_, located) = compare(&gpu, &good, &bad, Mode::FreeRunning);
+        let (report, located) = compare(&gpu, &good, &bad, Mode::FreeRunning);
         assert_eq!(located.expect("a place").pass, "geometry_buffer");
+        // The vertex stage by itself shows it too.
+        let wrong = report.vertices.iter().find(|v| !v.within).expect("wrong vertices");
+        assert_eq!(wrong.pass, "geometry_buffer", "{wrong:?}");
     }
 }
 
@@ -243,6 +248,33 @@ fn occlusion_queries_are_counted_exactly() {
         bad.passes[0].draws[4].query = Some(1);
         let (report, _) = compare(&gpu, &frame, &bad, Mode::FreeRunning);
         assert_eq!(report.queries.iter().map(|q| q.query).collect::<Vec<_>>(), [1, 4], "{}", gpu.adapter().title());
+    }
+}
+
+/// Every topology, with indices, a base vertex and restart: the driver's vertex stage, in the order of the primitives.
+#[test]
+fn stream_out_by_compute_is_that_of_the_software_gpu() {
+    for gpu in gpus() {
+        let device = device();
+        for topology in [
+            PrimitiveTopology::PointList,
+            PrimitiveTopology::LineList,
+            PrimitiveTopology::LineStrip,
+            PrimitiveTopology::TriangleList,
+            PrimitiveTopology::TriangleStrip,
+        ] {
+            let mut frame = frame();
+            let strip_index_format = topology.is_strip().then_some(IndexFormat::Uint32);
+            frame.pipelines[0].primitive = PrimitiveState { topology, strip_index_format, ..PrimitiveState::default() };
+            let restart = if topology.is_strip() { u32::MAX } else { 3 };
+            let indices = frame.buffer("indices", Arc::new(Buffer::from_slice(&[7, 1, 4, 2, restart, 9, 8, 3, 0, 5, 6, 2_u32])));
+            let draw = FrameDraw { elements: 0..12, base_vertex: 11, ..frame.passes[0].draws[0].clone() }.indexed(indices);
+            frame.passes[0].draws = vec![draw];
+            let (_, expected) = stream_draw(&device, &frame, &frame.passes[0], &frame.passes[0].draws[0], &[]).expect("it streams");
+            let on_gpu = GpuFrame::new(&gpu, &frame).expect("the driver holds the frame");
+            let actual = on_gpu.stream_out(0, 0, &device).expect("it streams");
+            assert!(!actual.is_empty() && actual == expected.data, "{}, {topology:?}", gpu.adapter().title());
+        }
     }
 }
 

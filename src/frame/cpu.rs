@@ -420,7 +420,7 @@ fn resolve<'a>(frame: &'a Frame, entry: &BindEntry, shared: &[Option<&'a Texture
         BindEntry::Uniform(id, offset) => Binding::Uniform { buffer: data(frame, id), offset, dynamic: false },
         BindEntry::DynamicUniform(id) => Binding::Uniform { buffer: data(frame, id), offset: 0, dynamic: true },
         BindEntry::Storage(id) => Binding::Storage(data(frame, id)),
-        BindEntry::Texture(id) => Binding::Texture(shared[id.index()]?),
+        BindEntry::Texture(id) => Binding::Texture((*shared.get(id.index())?)?),
         BindEntry::Sampler(sampler) => Binding::Sampler(sampler),
     })
 }

@@ -139,7 +139,10 @@ impl<'f> GpuFrame<'f> {
             let compiled = &self.compiled[&key];
             let group = match groups.entry((key, draw.bind_group, draw.dynamic_offset)) {
                 Entry::Occupied(known) => known.into_mut(),
-                Entry::Vacant(new) => new.insert(self.bind_group(draw, compiled)?),
+                Entry::Vacant(new) if compiled.bindings.is_empty() => new.insert(None),
+                Entry::Vacant(new) => {
+                    new.insert(Some(self.bind_group(draw, &compiled.bindings, &compiled.pipeline.get_bind_group_layout(0))?))
+                }
             };
             let group = group.clone();
             let pulled = pulled.map_or(Ok(Vec::new()), |p| self.pulled_pieces(&p, compiled))?;
@@ -161,10 +164,21 @@ impl<'f> GpuFrame<'f> {
         (0..count).map(|k| self.gpu.create_texture(&TextureDescriptor::d2(format!("counter {k}"), width, height, COUNTER_FORMAT))).collect()
     }
 
-    fn bind_group(&self, draw: &FrameDraw, compiled: &Compiled) -> Result<Option<wgpu::BindGroup>, GpuError> {
-        if compiled.bindings.is_empty() {
-            return Ok(None);
-        }
+    pub(super) fn gpu(&self) -> &'f Gpu {
+        self.gpu
+    }
+
+    pub(super) fn frame(&self) -> &'f Frame {
+        self.frame
+    }
+
+    /// A draw's bind group: the bindings that some entry points use.
+    pub(super) fn bind_group(
+        &self,
+        draw: &FrameDraw,
+        bindings: &[(u32, Option<TextureUse>)],
+        layout: &wgpu::BindGroupLayout,
+    ) -> Result<wgpu::BindGroup, GpuError> {
         let described = &self.frame.bind_groups[draw.bind_group.index()];
         let kinds = &self.frame.pipelines[draw.pipeline.index()].program.bindings;
         let missing = |number: u32| FrameError::Reference {
@@ -173,7 +187,7 @@ impl<'f> GpuFrame<'f> {
         };
         let mut views = Vec::new();
         let mut samplers = Vec::new();
-        for (number, texture) in &compiled.bindings {
+        for (number, texture) in bindings {
             match described.entries.get(*number as usize) {
                 Some(BindEntry::Texture(id)) => views.push(self.sampled_view(*id, *texture)),
                 Some(BindEntry::Sampler(sampler)) => samplers.push(self.sampler(sampler)),
@@ -183,7 +197,7 @@ impl<'f> GpuFrame<'f> {
         }
         let (mut views_left, mut samplers_left) = (views.iter(), samplers.iter());
         let mut entries = Vec::new();
-        for &(number, _) in &compiled.bindings {
+        for &(number, _) in bindings {
             let entry = described.entries[number as usize];
             let size = kinds.get(number as usize).and_then(|kind| match kind {
                 BindingKind::Uniform(bytes) | BindingKind::DynamicUniform(bytes) => Some(*bytes as u64),
@@ -206,13 +220,9 @@ impl<'f> GpuFrame<'f> {
             entries.push(wgpu::BindGroupEntry { binding: number, resource: resource.ok_or_else(|| missing(number))? });
         }
         let group = self.gpu.checked("making a bind group", || {
-            self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: None,
-                layout: &compiled.pipeline.get_bind_group_layout(0),
-                entries: &entries,
-            })
+            self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
         })?;
-        Ok(Some(group))
+        Ok(group)
     }
 
     fn sampled_view(&self, id: TextureId, used: Option<TextureUse>) -> wgpu::TextureView {

@@ -3,7 +3,8 @@
 //! [`adapters`] finds drivers, [`Gpu`] opens one, [`GpuFrame`] holds a frame's resources on it and runs its passes one by one or all at once;
 //! [`GpuExecutor`] does what every executor does. Fixed-function state is handed on as it is, and shaders are the programs' WGSL twins. What
 //! WebGPU lacks is expanded: the geometry stage, point sprites and wide lines run on the software GPU, and the driver pulls their
-//! primitives from a storage buffer; occlusion queries are counted by an additive target beside the pass's own.
+//! primitives from a storage buffer; stream-out runs the vertex stage in a compute shader; occlusion queries are counted by an additive target
+//! beside the pass's own.
 //!
 //! [`crosscheck`] compares every attachment of every pass with the software GPU's, and [`conformance`] draws random and adversarial primitives.
 
@@ -17,6 +18,7 @@ mod frame;
 mod pipeline;
 mod pull;
 mod resources;
+mod stream;
 mod twin;
 
 pub use adapter::{Adapter, AdapterLine, Family, adapters, find_adapter};

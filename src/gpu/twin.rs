@@ -12,7 +12,11 @@ use crate::pipeline::shader::{Interpolation, Program};
 pub(super) const PULLED_VERTEX: &str = "nephroid_pulled";
 /// Entry point of fragments that also count themselves.
 pub(super) const COUNTED_FRAGMENT: &str = "nephroid_counted";
-/// Bind group of the pulled vertices.
+/// Entry point that runs the vertex stage and writes what it makes to a buffer.
+pub(super) const STREAMED_VERTEX: &str = "nephroid_streamed";
+/// Vertices of a workgroup of [`STREAMED_VERTEX`].
+pub(super) const STREAM_GROUP: u32 = 64;
+/// Bind group of the pulled vertices, and of the streamed ones.
 pub(super) const PULLED_GROUP: u32 = 1;
 
 /// What a texture binding is to the shader.
@@ -59,25 +63,96 @@ impl Twin {
             fragment_entry = Some(COUNTED_FRAGMENT);
         }
         let (module, info) = parse(&source).map_err(&fail)?;
-        let mut bindings = Vec::new();
-        for (index, entry) in module.entry_points.iter().enumerate() {
-            if entry.name != vertex_entry && Some(entry.name.as_str()) != fragment_entry {
-                continue;
-            }
-            for (handle, variable) in module.global_variables.iter() {
-                let Some(binding) = variable.binding.as_ref().filter(|b| b.group == 0) else { continue };
-                let is_new = bindings.iter().all(|(number, _)| *number != binding.binding);
-                if is_new && !info.get_entry_point(index)[handle].is_empty() {
-                    bindings.push((binding.binding, texture_use(&module.types[variable.ty].inner)));
-                }
-            }
-        }
+        let used = |name: &str| name == vertex_entry || Some(name) == fragment_entry;
+        let entries: Vec<usize> = (0..module.entry_points.len()).filter(|&k| used(&module.entry_points[k].name)).collect();
+        let bindings = bindings_of(&module, &info, &entries);
         if !module.entry_points.iter().any(|e| e.name == vertex_entry) {
             return Err(fail(format!("its twin has no entry point `{vertex_entry}`")));
         }
-        bindings.sort_by_key(|b| b.0);
         Ok(Self { source, vertex_entry, fragment_entry, bindings })
     }
+}
+
+/// A twin whose `vs` runs in a compute shader: per vertex, position and varyings go to a buffer as stream-out writes them.
+///
+/// Bindings of group [`PULLED_GROUP`]: 0 the vertex indices, 1 the stream.
+pub(super) fn streamed_vertex(program: &Program) -> Result<Twin, GpuError> {
+    let fail = |why: String| GpuError::Twin { program: program.name, why };
+    let original = program.wgsl.ok_or_else(|| fail("it has no WGSL twin".to_owned()))?;
+    let source = streamed_source(original, program).map_err(&fail)?;
+    let (module, info) = parse(&source).map_err(&fail)?;
+    let index = module.entry_points.iter().position(|e| e.name == STREAMED_VERTEX).ok_or_else(|| fail("no entry point".to_owned()))?;
+    Ok(Twin { bindings: bindings_of(&module, &info, &[index]), source, vertex_entry: STREAMED_VERTEX, fragment_entry: None })
+}
+
+fn streamed_source(source: &str, program: &Program) -> Result<String, String> {
+    let (module, _) = parse(source)?;
+    let entry = module.entry_points.iter().find(|e| e.name == "vs").ok_or("its twin has no entry point `vs`")?;
+    let start = source.find("fn vs(").ok_or("its `vs` is not spelled `fn vs(`")?;
+    let body = start + source[start..].find('{').ok_or("its `vs` has no body")?;
+    let (arguments, result) = source[start + "fn vs(".len()..body].trim().split_once(") ->").ok_or("its `vs` returns nothing")?;
+    if entry.function.arguments.len() != 1 || !arguments.contains("@builtin(vertex_index)") {
+        return Err("its `vs` takes more than a vertex index".to_owned());
+    }
+    let attribute = source[..start].rfind("@vertex").ok_or("its `vs` has no `@vertex`")?;
+    // The result's members: the position, then the varyings in order.
+    let members: Vec<String> = match entry.function.result.as_ref().map(|r| &module.types[r.ty].inner) {
+        Some(naga::TypeInner::Struct { members, .. }) => {
+            members.iter().filter_map(|m| m.name.as_ref()).map(|m| format!("result.{m}")).collect()
+        }
+        _ => vec!["result".to_owned()],
+    };
+    let components: Vec<usize> = std::iter::once(4).chain(program.varyings.iter().map(|v| v.components)).collect();
+    if members.len() != components.len() {
+        return Err(format!("its `vs` returns {} values, the program has {}", members.len(), components.len()));
+    }
+    let stride: usize = components.iter().sum();
+    let mut writes = String::new();
+    let mut at = 0;
+    for (member, &count) in members.iter().zip(&components) {
+        for c in 0..count {
+            let value = if count == 1 { member.clone() } else { format!("{member}[{c}]") };
+            // Writing to a string cannot fail.
+            let _ = writeln!(writes, "    nephroid_stream[at + {at}u] = {value};");
+            at += 1;
+        }
+    }
+    Ok(format!(
+        "{}\nfn vs({}) -> {} {}
+@group({PULLED_GROUP}) @binding(0) var<storage, read> nephroid_indices: array<u32>;
+@group({PULLED_GROUP}) @binding(1) var<storage, read_write> nephroid_stream: array<f32>;
+
+@compute @workgroup_size({STREAM_GROUP})
+fn {STREAMED_VERTEX}(@builtin(global_invocation_id) id: vec3<u32>) {{
+    let vertex = id.x;
+    if vertex >= arrayLength(&nephroid_indices) {{
+        return;
+    }}
+    let result = vs(nephroid_indices[vertex]);
+    let at = vertex * {stride}u;
+{writes}}}
+",
+        &source[..attribute],
+        without_attributes(arguments),
+        without_attributes(result.trim()).trim(),
+        &source[body..],
+    ))
+}
+
+/// Bindings of group 0 that some entry points use, and what those are that are textures.
+fn bindings_of(module: &naga::Module, info: &ModuleInfo, entries: &[usize]) -> Vec<(u32, Option<TextureUse>)> {
+    let mut bindings = Vec::new();
+    for &index in entries {
+        for (handle, variable) in module.global_variables.iter() {
+            let Some(binding) = variable.binding.as_ref().filter(|b| b.group == 0) else { continue };
+            let is_new = bindings.iter().all(|(number, _)| *number != binding.binding);
+            if is_new && !info.get_entry_point(index)[handle].is_empty() {
+                bindings.push((binding.binding, texture_use(&module.types[variable.ty].inner)));
+            }
+        }
+    }
+    bindings.sort_by_key(|b| b.0);
+    bindings
 }
 
 fn parse(source: &str) -> Result<(naga::Module, ModuleInfo), String> {
@@ -261,6 +336,14 @@ mod tests {
                     assert!(twin.is_ok(), "{}, {vertices:?}, {counter:?}: {twin:?}", program.name);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn vertex_stages_are_streamed() {
+        for program in programs() {
+            let streamed = streamed_vertex(&program);
+            assert_eq!(streamed.is_ok(), program.geometry.is_none(), "{}: {streamed:?}", program.name);
         }
     }
 

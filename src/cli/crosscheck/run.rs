@@ -12,7 +12,7 @@ use crate::caustics::{RenderOptions, Renderer, TECHNIQUES};
 use crate::cli::{Outcome, interrupt, list, output, renderer};
 use crate::frame::Frame;
 use crate::frame::cpu::check_memory;
-use crate::gpu::crosscheck::{AttachmentReport, Located, Mode, Report, crosscheck, locate, plain_tone, side_by_side};
+use crate::gpu::crosscheck::{AttachmentReport, Located, Mode, Report, VertexReport, crosscheck, locate, plain_tone, side_by_side};
 use crate::gpu::{Gpu, GpuError, conformance, find_adapter};
 use crate::image::{file, png};
 use crate::pipeline::{Device, DeviceOptions, Surface, format_info};
@@ -159,6 +159,7 @@ fn table(report: &FrameReport) -> String {
     let rows: Vec<[String; 9]> = std::iter::once(header).chain(rows).collect();
     let rows: Vec<[&str; 9]> = rows.iter().map(|row| std::array::from_fn(|k| row[k].as_str())).collect();
     text.push_str(&output::columns(&rows));
+    text.push_str(&vertex_table(&report.report));
     // Writing to a string cannot fail.
     for query in &report.report.queries {
         let _ = writeln!(text, "DIFFERS  pass {}, query {}: {} and {}", query.pass_index, query.query, query.expected, query.actual);
@@ -170,6 +171,30 @@ fn table(report: &FrameReport) -> String {
         let _ = writeln!(text, "  {}", path.display());
     }
     text
+}
+
+/// The vertex stages, the worst draw of each pass.
+fn vertex_table(report: &Report) -> String {
+    let mut rows: Vec<[String; 7]> = Vec::new();
+    for pass in report.vertices.chunk_by(|a, b| a.pass_index == b.pass_index) {
+        let within = pass.iter().all(|v| v.within);
+        let sum = |count: fn(&VertexReport) -> u64| pass.iter().map(count).sum::<u64>().to_string();
+        rows.push([
+            (if within { "ok" } else { "DIFFERS" }).to_owned(),
+            pass[0].pass.clone(),
+            pass[0].bound.name.to_owned(),
+            sum(|v| v.vertices),
+            sum(|v| v.differing),
+            sum(|v| v.outliers),
+            format!("{:.1e}", pass.iter().map(|v| v.max_relative).fold(0.0, f64::max)),
+        ]);
+    }
+    if rows.is_empty() {
+        return String::new();
+    }
+    rows.insert(0, ["", "vertices of pass", "bound", "compared", "differ", "beyond", "max relative"].map(str::to_owned));
+    let rows: Vec<[&str; 7]> = rows.iter().map(|row| std::array::from_fn(|k| row[k].as_str())).collect();
+    output::columns(&rows)
 }
 
 /// Where two versions part, in words.

@@ -38,6 +38,9 @@ pub const EXACT: Bound = bound("exact", 0.0, 0.0, 0.0);
 /// Depth where the driver computes vertices itself: clip positions differ in their last places, and so do a few pixels along edges.
 const OWN_VERTICES: Bound = bound("own-vertices", 1.0e-4, 100.0, 20.0);
 
+/// Vertices as the driver's own vertex stage makes them: a few products and sums, in another order or fused.
+pub const VERTEX: Bound = bound("vertex", 2.0e-6, 10.0, 10.0);
+
 /// Depth and coverage of hardware, whose arithmetic is not known: a few units in the last place, and single pixels along edges.
 const HARDWARE: Bound = bound("hardware", 1.0e-4, 500.0, 50.0);
 

@@ -9,17 +9,20 @@ mod bounds;
 mod compare;
 mod locate;
 mod picture;
+mod vertices;
 
 use serde::Serialize;
 
-pub use bounds::{Bound, EXACT, bound_of};
+pub use bounds::{Bound, EXACT, VERTEX, bound_of};
 pub use compare::{Difference, Pixel, compare, relative, ulps};
 pub use locate::{Located, locate};
 pub use picture::{plain_tone, side_by_side};
+pub use vertices::VertexReport;
 
 use super::{Gpu, GpuError, GpuFrame, Vertices};
-use crate::frame::cpu::{initial_textures, pipelines, run_frame_pass};
+use crate::frame::cpu::{initial_textures, pipelines, run_frame_pass, stream_draw};
 use crate::frame::{Frame, FrameError, TextureId, View};
+use crate::pipeline::shader::flatten_varyings;
 use crate::pipeline::state::TextureFormat;
 use crate::pipeline::{Device, Texture};
 
@@ -74,6 +77,8 @@ pub struct Report {
     pub mode: Mode,
     /// By pass, then by attachment.
     pub attachments: Vec<AttachmentReport>,
+    /// Free-running: the vertex stage of every draw that a driver can stream out.
+    pub vertices: Vec<VertexReport>,
     /// Occlusion queries that differ.
     pub queries: Vec<QueryReport>,
 }
@@ -82,7 +87,7 @@ impl Report {
     /// Whether everything is within its bound.
     #[must_use]
     pub fn agrees(&self) -> bool {
-        self.first_failure().is_none() && self.queries.is_empty()
+        self.first_failure().is_none() && self.queries.is_empty() && self.vertices.iter().all(|v| v.within)
     }
 
     /// The first attachment beyond its bound.
@@ -130,6 +135,23 @@ impl<'a> Pair<'a> {
         Ok([output.queries, self.on_gpu.queries(&ready)?])
     }
 
+    /// The vertex stages of a pass on both sides, before the pass is run; none if the driver does not run them anyhow.
+    fn vertices(&self, index: usize) -> Result<Vec<VertexReport>, GpuError> {
+        let pass = &self.on_cpu.passes[index];
+        let mut reports = Vec::new();
+        for (number, draw) in pass.draws.iter().enumerate() {
+            let program = &self.on_cpu.pipelines[draw.pipeline.index()].program;
+            if self.mode == Mode::Resynchronised || program.geometry.is_some() || !draw.vertex_buffers.is_empty() {
+                continue;
+            }
+            let (_, expected) = stream_draw(self.device, self.on_cpu, pass, draw, &self.expected)?;
+            let actual = self.on_gpu.stream_out(index, number, self.device)?;
+            let stride = 4 + flatten_varyings(&program.varyings).len();
+            reports.push(VertexReport::new(index, &pass.label, number, stride, &expected.data, &actual));
+        }
+        Ok(reports)
+    }
+
     /// Gives the driver the software GPU's attachments of a pass, if that is the mode.
     pub fn resynchronise(&mut self, index: usize) -> Result<(), GpuError> {
         if self.mode == Mode::Resynchronised {
@@ -167,8 +189,9 @@ pub fn crosscheck(
     mut watch: impl FnMut(&AttachmentReport, [&crate::pipeline::Surface; 2]),
 ) -> Result<Report, GpuError> {
     let mut pair = Pair::new(gpu, device, on_cpu, on_gpu, mode)?;
-    let mut report = Report { mode, attachments: Vec::new(), queries: Vec::new() };
+    let mut report = Report { mode, attachments: Vec::new(), vertices: Vec::new(), queries: Vec::new() };
     for (index, pass) in on_cpu.passes.iter().enumerate() {
+        report.vertices.extend(pair.vertices(index)?);
         let [expected, actual] = pair.run(index)?;
         let queries = expected.into_iter().zip(actual).enumerate().filter(|(_, (e, a))| e != a);
         report.queries.extend(queries.map(|(query, (expected, actual))| QueryReport { pass_index: index, query, expected, actual }));

@@ -1,0 +1,91 @@
+//! The vertex stage by itself: what stream-out writes on both sides, compared vertex by vertex.
+
+use serde::Serialize;
+
+use super::bounds::{Bound, VERTEX};
+use super::{relative, ulps};
+
+/// The vertices of one draw.
+#[derive(Clone, Debug, Serialize)]
+pub struct VertexReport {
+    /// Number of the pass.
+    pub pass_index: usize,
+    /// Its label.
+    pub pass: String,
+    /// Number of the draw.
+    pub draw: usize,
+    /// Vertices compared, each as often as a primitive uses it.
+    pub vertices: u64,
+    /// Vertices with any bit that differs.
+    pub differing: u64,
+    /// Vertices beyond the tolerance.
+    pub outliers: u64,
+    /// Greatest distance in units in the last place.
+    pub max_ulp: u64,
+    /// Greatest relative error; the scale is the mean magnitude of each component.
+    pub max_relative: f64,
+    /// What they must keep to.
+    pub bound: Bound,
+    /// Whether they do.
+    pub within: bool,
+}
+
+impl VertexReport {
+    /// Compares two streams of `stride` floats per vertex. Streams of different lengths are beyond any bound.
+    #[must_use]
+    pub fn new(pass_index: usize, pass: &str, draw: usize, stride: usize, expected: &[f32], actual: &[f32]) -> Self {
+        let vertices = (expected.len() / stride) as u64;
+        let mut report = Self {
+            pass_index,
+            pass: pass.to_owned(),
+            draw,
+            vertices,
+            differing: 0,
+            outliers: 0,
+            max_ulp: 0,
+            max_relative: 0.0,
+            bound: VERTEX,
+            within: expected.len() == actual.len(),
+        };
+        let mut scales = vec![0.0; stride];
+        for vertex in expected.chunks_exact(stride) {
+            for (scale, v) in scales.iter_mut().zip(vertex).filter(|(_, v)| v.is_finite()) {
+                *scale += f64::from(v.abs()) / vertices as f64;
+            }
+        }
+        for (e, a) in expected.chunks_exact(stride).zip(actual.chunks_exact(stride)) {
+            let mut error = 0.0_f64;
+            let mut distance = 0;
+            for ((e, a), scale) in e.iter().zip(a).zip(&scales) {
+                error = error.max(relative(*e, *a, *scale));
+                distance = distance.max(ulps(*e, *a));
+            }
+            report.differing += u64::from(distance > 0);
+            report.outliers += u64::from(error > report.bound.tolerance);
+            report.max_ulp = report.max_ulp.max(distance);
+            report.max_relative = report.max_relative.max(error);
+        }
+        report.within &= report.bound.holds(vertices, report.outliers, report.outliers);
+        report
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_component_or_a_missing_vertex_is_seen() {
+        let good: Vec<f32> = (0..50).map(|k| k as f32).collect();
+        assert!(VertexReport::new(0, "p", 0, 5, &good, &good).within);
+        let mut last_place = good.clone();
+        last_place[7] = f32::from_bits(last_place[7].to_bits() + 1);
+        let report = VertexReport::new(0, "p", 0, 5, &good, &last_place);
+        assert!(report.within && report.differing == 1 && report.max_ulp == 1 && report.outliers == 0);
+        let mut wrong = good.clone();
+        wrong[7] += 1.0;
+        let report = VertexReport::new(0, "p", 0, 5, &good, &wrong);
+        assert!(!report.within && report.outliers == 1);
+        assert!(!VertexReport::new(0, "p", 0, 5, &good, &good[..45]).within);
+    }
+}

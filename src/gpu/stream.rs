@@ -1,0 +1,142 @@
+//! Stream-out on a driver: the vertex stage in a compute shader, its results read back in the order of the primitives.
+
+use std::sync::Arc;
+
+use super::GpuError;
+use super::frame::GpuFrame;
+use super::twin::{PULLED_GROUP, STREAM_GROUP, STREAMED_VERTEX, streamed_vertex};
+use crate::frame::cpu::stream_draw;
+use crate::math::lanes::Lanes;
+use crate::math::vector::v4;
+use crate::pipeline::shader::{Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader, flatten_varyings};
+use crate::pipeline::{Bindings, Device};
+
+/// Most workgroups in one direction of a dispatch.
+const MOST_GROUPS: u32 = 65_535;
+
+/// Hands on its vertex's index, in two halves that f32 holds exactly.
+struct IndexOnly;
+
+impl VertexShader for IndexOnly {
+    #[inline(always)]
+    fn vertex<L: Lanes>(&self, _: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
+        let zero = L::splat(input.token, 0.0);
+        output.position = v4(zero, zero, zero, zero + 1.0);
+        output.varyings[0] = input.per_vertex(|i| (i & 0xffff) as f32);
+        output.varyings[1] = input.per_vertex(|i| (i >> 16) as f32);
+    }
+}
+
+impl GpuFrame<'_> {
+    /// What stream-out of one draw writes, vertex stage by the driver: per vertex of each primitive, clip position (4) and varyings.
+    /// `device` assembles the primitives.
+    ///
+    /// # Errors
+    /// If the draw has a geometry stage or vertex buffers, which a compute shader does not have either, or the driver fails.
+    pub fn stream_out(&self, pass: usize, draw: usize, device: &Device) -> Result<Vec<f32>, GpuError> {
+        let frame = self.frame();
+        let described = &frame.passes[pass].draws[draw];
+        let program = &frame.pipelines[described.pipeline.index()].program;
+        let fail = |why: &str| GpuError::Twin { program: program.name, why: why.to_owned() };
+        if program.geometry.is_some() {
+            return Err(fail("its geometry stage cannot be streamed out on a driver"));
+        }
+        if !described.vertex_buffers.is_empty() {
+            return Err(fail("vertex buffers cannot be streamed out on a driver"));
+        }
+        let indices = self.vertex_indices(pass, draw, device)?;
+        let twin = streamed_vertex(program)?;
+        let pipeline = self.gpu().checked(&format!("making the stream-out of `{}`", program.name), || {
+            let module = self.gpu().device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(program.name),
+                source: wgpu::ShaderSource::Wgsl(twin.source.as_str().into()),
+            });
+            self.gpu().device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(program.name),
+                layout: None,
+                module: &module,
+                entry_point: Some(STREAMED_VERTEX),
+                compilation_options: wgpu::PipelineCompilationOptions { constants: &program.wgsl_constants, ..Default::default() },
+                cache: None,
+            })
+        })?;
+        let group = match twin.bindings.is_empty() {
+            true => None,
+            false => Some(self.bind_group(described, &twin.bindings, &pipeline.get_bind_group_layout(0))?),
+        };
+        let stride = 4 + flatten_varyings(&program.varyings).len();
+        let limits = self.gpu().device.limits();
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / (4 * stride as u64);
+        let mut streamed = Vec::with_capacity(indices.len() * stride);
+        for piece in indices.chunks((most.max(1) as usize).min(MOST_GROUPS as usize * STREAM_GROUP as usize)) {
+            streamed.extend(self.stream_piece(piece, stride, &pipeline, group.as_ref())?);
+        }
+        Ok(streamed)
+    }
+
+    /// The vertex of every corner of a draw's primitives, in order.
+    fn vertex_indices(&self, pass: usize, draw: usize, device: &Device) -> Result<Vec<u32>, GpuError> {
+        let mut frame = self.frame().clone();
+        let described = frame.passes[pass].draws[draw].clone();
+        let half = |name| Varying { name, components: 1, interpolation: Interpolation::Flat };
+        let desc = &mut frame.pipelines[described.pipeline.index()];
+        let vertex: Arc<dyn crate::pipeline::shader::VertexStage> = Arc::new(IndexOnly);
+        desc.program = Arc::new(Program {
+            vertex,
+            fragment: None,
+            varyings: vec![half("low"), half("high")],
+            bindings: Vec::new(),
+            ..(*desc.program).clone()
+        });
+        let (_, stream) = stream_draw(device, &frame, &frame.passes[pass], &described, &[])?;
+        Ok(stream.data.chunks_exact(6).map(|v| v[4] as u32 | (v[5] as u32) << 16).collect())
+    }
+
+    fn stream_piece(
+        &self,
+        indices: &[u32],
+        stride: usize,
+        pipeline: &wgpu::ComputePipeline,
+        group: Option<&wgpu::BindGroup>,
+    ) -> Result<Vec<f32>, GpuError> {
+        let gpu = self.gpu();
+        let from = gpu.create_buffer("vertex indices", bytemuck::cast_slice(indices))?;
+        let bytes = (indices.len() * stride * 4) as u64;
+        let buffer = |usage| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some("stream-out"), size: bytes, usage, mapped_at_creation: false })
+        };
+        let read = gpu.checked("streaming out", || {
+            let to = buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
+            let read = buffer(wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ);
+            let whole = |buffer, size| {
+                wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size: std::num::NonZeroU64::new(size) })
+            };
+            let streams = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: None,
+                layout: &pipeline.get_bind_group_layout(PULLED_GROUP),
+                entries: &[
+                    wgpu::BindGroupEntry { binding: 0, resource: whole(&from, indices.len() as u64 * 4) },
+                    wgpu::BindGroupEntry { binding: 1, resource: whole(&to, bytes) },
+                ],
+            });
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(pipeline);
+            if let Some(group) = group {
+                pass.set_bind_group(0, group, &[]);
+            }
+            pass.set_bind_group(PULLED_GROUP, &streams, &[]);
+            pass.dispatch_workgroups((indices.len() as u32).div_ceil(STREAM_GROUP), 1, 1);
+            drop(pass);
+            encoder.copy_buffer_to_buffer(&to, 0, &read, 0, bytes);
+            gpu.queue.submit([encoder.finish()]);
+            read.map_async(wgpu::MapMode::Read, .., |_| {});
+            read
+        })?;
+        gpu.wait()?;
+        let mapped =
+            read.get_mapped_range(..).map_err(|error| GpuError::Driver { doing: "streaming out".into(), why: error.to_string() })?;
+        let floats = mapped.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+        Ok(floats.collect())
+    }
+}
