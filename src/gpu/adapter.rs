@@ -6,13 +6,12 @@ use super::GpuError;
 use crate::pipeline::state::RasterRules;
 
 /// The features that frames can ask for, with the names that wgpu gives them.
-pub(super) const FEATURES: [(wgpu::Features, &str); 6] = [
+pub(super) const FEATURES: [(wgpu::Features, &str); 5] = [
     (wgpu::Features::FLOAT32_BLENDABLE, "FLOAT32_BLENDABLE"),
     (wgpu::Features::FLOAT32_FILTERABLE, "FLOAT32_FILTERABLE"),
     (wgpu::Features::DEPTH_CLIP_CONTROL, "DEPTH_CLIP_CONTROL"),
     (wgpu::Features::DEPTH32FLOAT_STENCIL8, "DEPTH32FLOAT_STENCIL8"),
     (wgpu::Features::DUAL_SOURCE_BLENDING, "DUAL_SOURCE_BLENDING"),
-    (wgpu::Features::TIMESTAMP_QUERY, "TIMESTAMP_QUERY"),
 ];
 
 /// A driver and the device that it drives.

@@ -59,15 +59,12 @@ impl<'f> GpuFrame<'f> {
         check_references(frame)?;
         let resources = Resources::new(gpu, frame)?;
         let this = Self { gpu, frame, resources, compiled: BTreeMap::new() };
-        this.reset()?;
+        this.fill()?;
         Ok(this)
     }
 
-    /// Puts back what textures hold before the first pass. Those that a pass clears before anyone looks are left alone.
-    ///
-    /// # Errors
-    /// If the driver fails.
-    pub fn reset(&self) -> Result<(), GpuError> {
+    /// Gives textures what they hold before the first pass. Those that a pass clears before anyone looks are left alone.
+    fn fill(&self) -> Result<(), GpuError> {
         let initial = initial_textures(self.frame).map_err(FrameError::from)?;
         for (number, texture) in initial.iter().enumerate() {
             let id = TextureId(number as u32);
@@ -95,8 +92,7 @@ impl<'f> GpuFrame<'f> {
     }
 
     /// Textures that the stages which the software GPU runs may read in some draws of a pass.
-    #[must_use]
-    pub fn read_by_expanded_stages(&self, pass: usize, draws: Range<usize>, vertices: Vertices) -> BTreeSet<TextureId> {
+    pub(super) fn read_by_expanded_stages(&self, pass: usize, draws: Range<usize>, vertices: Vertices) -> BTreeSet<TextureId> {
         let drawn = &self.frame.passes[pass].draws[draws];
         let expanded = drawn.iter().filter(|draw| vertices == Vertices::Pulled || must_be_pulled(self.frame, draw));
         let entries = expanded.flat_map(|draw| &self.frame.bind_groups[draw.bind_group.index()].entries);
