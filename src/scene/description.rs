@@ -11,8 +11,10 @@ use super::light::{Light, MAX_LIGHTS};
 use super::medium::Medium;
 use super::object::Object;
 use super::settings::TechniqueSettings;
+use super::smoke::Smoke;
 use super::source::Source;
 use super::tone::Tone;
+use super::trace::TraceSettings;
 use super::water::Water;
 
 /// Most objects in one scene.
@@ -52,6 +54,9 @@ pub struct Scene {
     /// What the water is made of. Default: Clear
     #[serde(default)]
     pub medium: Medium,
+    /// A box of smoke in the air. Default: None
+    #[serde(default)]
+    pub smoke: Option<Smoke>,
     /// What stands in the world, at most 4096 objects. Default: nothing
     #[serde(default, deserialize_with = "at_most_max_objects")]
     pub objects: Vec<Object>,
@@ -64,6 +69,9 @@ pub struct Scene {
     /// Settings of the techniques. Default: all their defaults
     #[serde(default)]
     pub techniques: TechniqueSettings,
+    /// Settings of the ground truth. Default: all their defaults
+    #[serde(default)]
+    pub trace: TraceSettings,
     /// Where the scene was read from; not part of the file. Default: nowhere
     #[serde(skip)]
     pub source: Source,
@@ -115,6 +123,9 @@ impl Scene {
             bridge::validate_water(water, self.time_s, &at)?;
         }
         self.medium.validate(&at.field("medium"))?;
+        if let Some(smoke) = &self.smoke {
+            smoke.validate(&at.field("smoke"))?;
+        }
         let objects = at.field("objects");
         objects.list(self.objects.len(), 0..=MAX_OBJECTS)?;
         let mut triangles = 0;
@@ -130,6 +141,7 @@ impl Scene {
         }
         self.tone.validate(&at.field("tone"))?;
         self.techniques.validate(&at.field("techniques"))?;
+        self.trace.validate(&at.field("trace"))?;
         Ok(())
     }
 

@@ -530,6 +530,35 @@ pub const SETTINGS: &[Setting] = &[
         .techniques
         .caustic_volumes
         .samples),
+    field!(
+        "trace.grid",
+        "vertices",
+        "none",
+        "none, or COLUMNSxROWS with each from 2 to 4096",
+        "Water mesh that the ground truth's light meets, in place of the exact surface.",
+        |scene| scene.trace.grid
+    ),
+    Setting {
+        key: "trace.beam_width_m",
+        doc: "Width over which the ground truth spreads the light of one photon's path across the view.",
+        unit: "m",
+        default: "none",
+        allowed: "none, or a number above 0, at most 1000",
+        get: |scene| Some(scene.trace.beam_width_m.map_or_else(|| "none".to_owned(), |width| width.write())),
+        set: |scene, text| {
+            let none = text.eq_ignore_ascii_case("none");
+            scene.trace.beam_width_m = if none { None } else { Some(f32::read(text).ok_or(Refusal::Unreadable)?) };
+            Ok(())
+        },
+    },
+    field!(
+        "trace.max_events",
+        "",
+        "1024",
+        "a whole number from 1 to 65536",
+        "Most surfaces that one photon of the ground truth may meet.",
+        |scene| scene.trace.max_events
+    ),
 ];
 
 #[cfg(test)]

@@ -63,6 +63,9 @@ const SAMPLES: &[(&str, &str, &str, Option<&str>)] = &[
     ("caustic_volumes.shadow_map_size", "512", "big", Some("8")),
     ("caustic_volumes.faces", "back", "both", None),
     ("caustic_volumes.samples", "2", "1.5", Some("9")),
+    ("trace.grid", "64x32", "64", Some("64x1")),
+    ("trace.beam_width_m", "0.5", "thin", Some("0")),
+    ("trace.max_events", "8", "many", Some("0")),
 ];
 
 /// The scene that has something for `key` to change.

@@ -170,7 +170,7 @@ impl AxisCosine {
             Axis::Z => (0.0, k),
         };
         let phase = f64::from(self.phase_rad) - self.motion.angular_frequency(k) * time_s;
-        let wave = Term::Plane { amplitude_m: f64::from(self.amplitude_m) * f64::from(self.scale), k_x, k_z, phase };
+        let wave = Term::Wave { amplitude_m: f64::from(self.amplitude_m) * f64::from(self.scale), k_x, k_z, phase };
         (wave, self.ripples.term(self.scale, time_s))
     }
 

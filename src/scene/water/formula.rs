@@ -7,11 +7,13 @@ use glam::{DVec2, Vec2};
 use crate::math::float::sin_cos;
 use crate::math::noise::Fbm;
 
-/// One wave, frozen at a moment; wave numbers in rad/m, phases in rad.
+/// A plane or one wave, frozen at a moment; wave numbers in rad/m, phases in rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Term {
+pub(crate) enum Term {
+    /// `slope · ((x, z) − center)`.
+    Plane { slope: DVec2, center: DVec2 },
     /// `a · cos(k_x x + k_z z + phase)`.
-    Plane { amplitude_m: f64, k_x: f64, k_z: f64, phase: f64 },
+    Wave { amplitude_m: f64, k_x: f64, k_z: f64, phase: f64 },
     /// `a · cos(k (√(r² + core²) − core) + phase)` around `center` (x, z).
     Circular { amplitude_m: f64, center: DVec2, core_m: f64, k: f64, phase: f64 },
 }
@@ -47,7 +49,8 @@ impl Term {
     /// Height in metres and slope `(∂h/∂x, ∂h/∂z)` at world (x, z).
     fn height_and_slope(&self, p: DVec2) -> (f64, DVec2) {
         match *self {
-            Self::Plane { amplitude_m, k_x, k_z, phase } => {
+            Self::Plane { slope, center } => (slope.dot(p - center), slope),
+            Self::Wave { amplitude_m, k_x, k_z, phase } => {
                 let (value, derivative) = cosine(k_x * p.x + k_z * p.y + phase);
                 (amplitude_m * value, DVec2::new(k_x, k_z) * (amplitude_m * derivative))
             }

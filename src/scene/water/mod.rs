@@ -6,7 +6,7 @@
 //!
 //! | Model | Formula | Time |
 //! |---|---|---|
-//! | [`WaterModel::Flat`] | yes | none |
+//! | [`WaterModel::Flat`], [`WaterModel::Tilted`] | yes | none |
 //! | [`WaterModel::Waves`], [`WaterModel::CircularCosine`], [`WaterModel::AxisCosine`] | yes | any |
 //! | [`WaterModel::PipeFluid`] | no, simulated on a grid | from 0 on, up to [`Water::max_time_s`] |
 //! | [`WaterModel::FftOcean`] | no, a sum of thousands of waves | any |
@@ -61,6 +61,9 @@ pub struct Water {
     pub level_m: f32,
     /// Refractive index of the water, relative to the air above it. 0.25..=4; 1 makes the surface invisible. Default: 1.333
     pub ior: f32,
+    /// Abbe number V = (n_d − 1)/(n_F − n_C) of the water, 5..=200: how little colours are spread; water has 56. Only the ground truth
+    /// spreads them. Default: None, not at all
+    pub abbe: Option<f32>,
     /// Vertices of the surface grid along x and z. 2..=4096. Default: (64, 64)
     pub grid: (u32, u32),
     /// What shape the surface has. Default: Flat
@@ -69,7 +72,15 @@ pub struct Water {
 
 impl Default for Water {
     fn default() -> Self {
-        Self { center_m: Vec2::ZERO, size_m: Vec2::splat(10.0), level_m: 0.0, ior: 1.333, grid: (64, 64), model: WaterModel::Flat }
+        Self {
+            center_m: Vec2::ZERO,
+            size_m: Vec2::splat(10.0),
+            level_m: 0.0,
+            ior: 1.333,
+            abbe: None,
+            grid: (64, 64),
+            model: WaterModel::Flat,
+        }
     }
 }
 
@@ -79,6 +90,11 @@ pub enum WaterModel {
     /// A still plane.
     #[default]
     Flat,
+    /// A still plane that leans: with light, an optical wedge.
+    Tilted {
+        /// Rise per metre along x and z, each −1..=1; the middle of the water stays at its level.
+        slope: Vec2,
+    },
     /// A sum of plane waves; at most 4096.
     Waves(Vec<PlaneWave>),
     /// Rings around a point and small noise.
@@ -102,10 +118,16 @@ impl Water {
         require(within(size.x, 1e-3, 1e6) && within(size.y, 1e-3, 1e6), "size_m", size, "0.001 ..= 1000000 m along x and z")?;
         require(within(self.level_m, -1e6, 1e6), "level_m", self.level_m, "-1000000 ..= 1000000 m")?;
         require(within(self.ior, 0.25, 4.0), "ior", self.ior, "0.25 ..= 4")?;
+        if let Some(abbe) = self.abbe {
+            require(within(abbe, 5.0, 200.0), "abbe", abbe, "5 ..= 200")?;
+        }
         let sides = 2..=MAX_GRID;
         require(sides.contains(&self.grid.0) && sides.contains(&self.grid.1), "grid", self.grid, "2 ..= 4096 vertices along x and z")?;
         match &self.model {
             WaterModel::Flat => Ok(()),
+            WaterModel::Tilted { slope } => {
+                require(within(slope.x, -1.0, 1.0) && within(slope.y, -1.0, 1.0), "model.slope", slope, "-1 ..= 1 along x and z")
+            }
             WaterModel::Waves(waves) => {
                 require(waves.len() <= 4096, "model: the number of waves", waves.len(), "0 ..= 4096")?;
                 waves.iter().enumerate().try_for_each(|(i, wave)| wave.validate(&format!("model.waves[{i}]")))
@@ -170,6 +192,7 @@ impl Water {
         let time_s = f64::from(time_s);
         let (terms, noise): (Vec<Term>, _) = match &self.model {
             WaterModel::Flat => (Vec::new(), None),
+            WaterModel::Tilted { slope } => (vec![Term::Plane { slope: slope.as_dvec2(), center: self.center_m.as_dvec2() }], None),
             WaterModel::Waves(waves) => (waves.iter().map(|wave| wave.term(time_s)).collect(), None),
             WaterModel::CircularCosine(model) => {
                 let (wave, noise) = model.terms(time_s);

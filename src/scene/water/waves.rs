@@ -93,7 +93,7 @@ impl PlaneWave {
         let k = self.wave_number_per_m();
         let (sine, cosine) = sin_cos_deg(self.direction_deg);
         let phase = f64::from(self.phase_rad) - self.angular_frequency() * time_s;
-        Term::Plane { amplitude_m: f64::from(self.amplitude_m), k_x: k * cosine, k_z: k * sine, phase }
+        Term::Wave { amplitude_m: f64::from(self.amplitude_m), k_x: k * cosine, k_z: k * sine, phase }
     }
 
     pub(super) fn validate(&self, field: &str) -> Result<(), WaterError> {
