@@ -8,7 +8,7 @@
 //! - L1 [`image`], [`geom`]
 //! - L2 [`pipeline`]
 //! - L3 [`frame`], [`scene`]
-//! - L4 [`passes`]
+//! - L4 [`passes`], [`trace`]
 //! - L5 [`caustics`]
 //! - L6 `gpu`, with the feature `wgpu`
 //! - L7 [`cli`]
@@ -25,6 +25,7 @@ pub mod math;
 pub mod passes;
 pub mod pipeline;
 pub mod scene;
+pub mod trace;
 
 /// The README's example compiles.
 #[cfg(doctest)]

@@ -243,6 +243,12 @@ impl Fbm {
         })
     }
 
+    /// How many times steeper than one octave of noise the sum can be: Σ amplitude · frequency.
+    #[must_use]
+    pub fn slope_factor(self) -> f64 {
+        self.terms(0).fold(0.0, |sum, (amplitude, frequency, _)| sum + f64::from(amplitude) * f64::from(frequency))
+    }
+
     /// Fractal noise in the plane, in −1..=1.
     #[must_use]
     pub fn at2(self, x: f32, y: f32, seed: u32) -> f32 {

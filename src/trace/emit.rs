@@ -1,0 +1,312 @@
+//! Where photons start: from each light, by flux, towards what could bend or reflect them.
+//!
+//! A light's rays have two coordinates: for parallel light a place on a plane across it, for a point or spot the cosine from an axis and
+//! the azimuth about it, in which equal areas are equal solid angles. A grid over them marks the cells in which something specular lies;
+//! only those emit. Light that would miss everything specular makes no caustic, and is neither traced nor counted.
+//!
+//! Marked cells, one after the other along a Z-curve, are laid out on one line, each as long as the flux it emits. A batch of n photons
+//! cuts the line into n equal parts and draws one start in each, so photons are spread far more evenly than chance would, and photons with
+//! neighbouring numbers start near each other. Within its cell, the place on the line is turned into two coordinates by taking
+//! its bits in turn.
+
+use glam::{DVec3, Vec3};
+
+use crate::geom::Aabb;
+use crate::math::rng::rng3;
+use crate::math::space::sin_cos_deg;
+use crate::scene::{Light, spot_falloff};
+
+/// Cells of the grid along each of a light's two coordinates.
+const CELLS: u32 = 256;
+
+/// Most halvings of a triangle's sides while it is marked.
+const MAX_DEPTH: u32 = 12;
+
+/// A photon as it leaves its light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start {
+    /// World space, m.
+    pub origin: Vec3,
+    /// Unit vector.
+    pub direction: Vec3,
+    /// Flux it carries, W, linear RGB, if all photons of the batch together are to carry what the lights emit.
+    pub flux: Vec3,
+}
+
+/// All lights of a scene as one line of flux.
+pub(super) struct Emitter {
+    lights: Vec<Source>,
+    cells: Vec<Cell>,
+    /// Where each cell starts on the line, in W summed over RGB; one more entry for the end.
+    starts: Vec<f64>,
+}
+
+struct Source {
+    domain: Domain,
+    /// Irradiance (parallel light) or intensity (others), linear RGB.
+    strength: Vec3,
+}
+
+/// A marked cell of one light.
+#[derive(Clone, Copy)]
+struct Cell {
+    light: u32,
+    column: u32,
+    row: u32,
+}
+
+/// The two coordinates of a light's rays, each from 0 to 1 over the grid.
+enum Domain {
+    /// `origin + u·side + v·up` is where a ray starts.
+    Parallel { direction: Vec3, origin: DVec3, side: DVec3, up: DVec3 },
+    /// `u` is the azimuth about the axis, `v` its cosine from `lowest` to 1.
+    Cone { position: Vec3, axis: DVec3, side: DVec3, up: DVec3, lowest: f64, spot: Option<(f32, f32)> },
+}
+
+/// Ranges of both coordinates in cells; the first may wrap around.
+struct Footprint {
+    columns: (f64, f64),
+    rows: (f64, f64),
+}
+
+impl Emitter {
+    /// Marks, for every light, the triangles given.
+    pub fn new(lights: &[Light], bounds: Aabb, targets: &[[Vec3; 3]]) -> Self {
+        let mut emitter = Self { lights: Vec::new(), cells: Vec::new(), starts: vec![0.0] };
+        for light in lights {
+            emitter.add(light, bounds, targets);
+        }
+        emitter
+    }
+
+    /// What all lights emit into the marked cells, W summed over RGB.
+    pub fn total_w(&self) -> f64 {
+        self.starts.last().copied().unwrap_or(0.0)
+    }
+
+    fn add(&mut self, light: &Light, bounds: Aabb, targets: &[[Vec3; 3]]) {
+        let (strength, domain) = match *light {
+            Light::Directional { irradiance, .. } => {
+                let direction = light.incident(Vec3::ZERO).direction_ws;
+                (irradiance, Domain::parallel(direction, bounds, targets))
+            }
+            Light::Point { position, intensity } => (intensity, Domain::around(position, targets)),
+            Light::Spot { position, direction, intensity, inner_deg, outer_deg } => {
+                (intensity, Domain::spot(position, direction, inner_deg, outer_deg))
+            }
+        };
+        if strength == Vec3::ZERO || targets.is_empty() {
+            return;
+        }
+        let mut marked = vec![false; (CELLS * CELLS) as usize];
+        for triangle in targets {
+            domain.mark(*triangle, 0, &mut marked);
+        }
+        let number = self.lights.len() as u32;
+        let colour = f64::from(strength.x) + f64::from(strength.y) + f64::from(strength.z);
+        let mut end = self.total_w();
+        for code in 0..CELLS * CELLS {
+            let (column, row) = (every_other_bit(code), every_other_bit(code >> 1));
+            let flux = colour * domain.cell_measure(row);
+            if marked[(row * CELLS + column) as usize] && flux > 0.0 {
+                self.cells.push(Cell { light: number, column, row });
+                end += flux;
+                self.starts.push(end);
+            }
+        }
+        self.lights.push(Source { domain, strength });
+    }
+
+    /// Starts of photons `first..first + out.len()` of a batch of `count`, whose random numbers `seed` and `batch` choose.
+    pub fn start(&self, seed: u32, batch: u32, first: u32, count: u32, out: &mut Vec<Start>, number: usize) {
+        out.clear();
+        let total = self.total_w();
+        let step = total / f64::from(count);
+        let mut cell = self.cell_at(f64::from(first) * step);
+        for photon in first..first + number as u32 {
+            let [jitter, ..] = rng3(seed, batch ^ STREAM_START, photon);
+            let place = (f64::from(photon) + (f64::from(jitter) + 0.5) / 4_294_967_296.0) * step;
+            while cell + 1 < self.cells.len() && place >= self.starts[cell + 1] {
+                cell += 1;
+            }
+            let share = (place - self.starts[cell]) / (self.starts[cell + 1] - self.starts[cell]);
+            let bits = (share.clamp(0.0, 1.0) * 4_294_967_295.0) as u32;
+            out.push(self.ray(self.cells[cell], bits, step));
+        }
+    }
+
+    /// The cell that holds a place on the line.
+    fn cell_at(&self, place: f64) -> usize {
+        self.starts.partition_point(|&start| start <= place).saturating_sub(1).min(self.cells.len() - 1)
+    }
+
+    fn ray(&self, cell: Cell, bits: u32, step: f64) -> Start {
+        let source = &self.lights[cell.light as usize];
+        // The high bits choose the coarse place, as in the order of cells.
+        let u = (f64::from(cell.column) + (f64::from(every_other_bit(bits)) + 0.5) / 65536.0) / f64::from(CELLS);
+        let v = (f64::from(cell.row) + (f64::from(every_other_bit(bits >> 1)) + 0.5) / 65536.0) / f64::from(CELLS);
+        let strength = source.strength;
+        let colour = strength / (strength.x + strength.y + strength.z);
+        let (origin, direction, weight) = source.domain.ray(u, v, cell.row);
+        Start { origin, direction, flux: colour * (step * weight) as f32 }
+    }
+}
+
+/// Keeps the random numbers of starts apart from all others.
+const STREAM_START: u32 = 0x5eed_0000;
+
+/// Bits 0, 2, 4... of a word, side by side.
+fn every_other_bit(word: u32) -> u32 {
+    let mut x = word & 0x5555_5555;
+    x = (x | x >> 1) & 0x3333_3333;
+    x = (x | x >> 2) & 0x0f0f_0f0f;
+    x = (x | x >> 4) & 0x00ff_00ff;
+    (x | x >> 8) & 0x0000_ffff
+}
+
+/// Two unit vectors across a third and each other.
+fn across(axis: DVec3) -> (DVec3, DVec3) {
+    let helper = if axis.y.abs() > 0.9 { DVec3::X } else { DVec3::Y };
+    let side = helper.cross(axis).normalize();
+    (side, axis.cross(side))
+}
+
+impl Domain {
+    /// The plane behind everything, as large as the targets seen along the light.
+    fn parallel(direction: Vec3, bounds: Aabb, targets: &[[Vec3; 3]]) -> Self {
+        let axis = direction.as_dvec3();
+        let (side, up) = across(axis);
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for p in targets.iter().flatten() {
+            let p = p.as_dvec3();
+            for (k, value) in [p.dot(side), p.dot(up)].into_iter().enumerate() {
+                low[k] = low[k].min(value);
+                high[k] = high[k].max(value);
+            }
+        }
+        let behind = bounds.corners().iter().fold(f64::INFINITY, |least: f64, p| least.min(p.as_dvec3().dot(axis)));
+        let size = ((high[0] - low[0]).max(high[1] - low[1])).max(1.0e-6);
+        let margin = size * 1.0e-6;
+        let extent = [high[0] - low[0] + 2.0 * margin, high[1] - low[1] + 2.0 * margin];
+        let origin = side * (low[0] - margin) + up * (low[1] - margin) + axis * (behind - 1.0e-3 * size);
+        Self::Parallel { direction, origin, side: side * extent[0], up: up * extent[1] }
+    }
+
+    /// All directions from a point, or those of the cone around the targets where the point is outside of them.
+    fn around(position: Vec3, targets: &[[Vec3; 3]]) -> Self {
+        let bounds = Aabb::from_points(targets.iter().flatten().copied());
+        let to = (bounds.center() - position).as_dvec3();
+        let (distance, radius) = (to.length(), f64::from(bounds.size().length()) * 0.5);
+        let axis = if distance > 0.0 { to / distance } else { DVec3::NEG_Y };
+        let lowest = if distance > radius * 1.001 { (1.0 - (radius / distance) * (radius / distance)).sqrt() - 1.0e-6 } else { -1.0 };
+        let (side, up) = across(axis);
+        Self::Cone { position, axis, side, up, lowest, spot: None }
+    }
+
+    fn spot(position: Vec3, direction: Vec3, inner_deg: f32, outer_deg: f32) -> Self {
+        let axis = direction.as_dvec3().normalize();
+        let (side, up) = across(axis);
+        Self::Cone { position, axis, side, up, lowest: sin_cos_deg(outer_deg).1, spot: Some((inner_deg, outer_deg)) }
+    }
+
+    /// Area in m² (parallel light) or solid angle in sr (others, times the mean of the spot's falloff) of a cell in a row.
+    fn cell_measure(&self, row: u32) -> f64 {
+        let cells = f64::from(CELLS);
+        match *self {
+            Self::Parallel { side, up, .. } => side.length() * up.length() / (cells * cells),
+            Self::Cone { lowest, .. } => std::f64::consts::TAU * (1.0 - lowest) / (cells * cells) * self.mean_falloff(row),
+        }
+    }
+
+    /// Mean over a row of the share of the intensity that goes its way.
+    fn mean_falloff(&self, row: u32) -> f64 {
+        const SAMPLES: u32 = 16;
+        let Self::Cone { lowest, spot: Some((inner_deg, outer_deg)), .. } = *self else { return 1.0 };
+        let at = |k: u32| {
+            let v = (f64::from(row) + (f64::from(k) + 0.5) / f64::from(SAMPLES)) / f64::from(CELLS);
+            f64::from(spot_falloff((lowest + (1.0 - lowest) * v) as f32, inner_deg, outer_deg))
+        };
+        (0..SAMPLES).fold(0.0, |sum, k| sum + at(k)) / f64::from(SAMPLES)
+    }
+
+    /// The ray at two coordinates in a row of cells, and its flux relative to the row's mean.
+    fn ray(&self, u: f64, v: f64, row: u32) -> (Vec3, Vec3, f64) {
+        match *self {
+            Self::Parallel { direction, origin, side, up } => ((origin + side * u + up * v).as_vec3(), direction, 1.0),
+            Self::Cone { position, axis, side, up, lowest, spot } => {
+                let cos = lowest + (1.0 - lowest) * v;
+                let sin = (1.0 - cos * cos).max(0.0).sqrt();
+                let (s, c) = libm::sincos(std::f64::consts::TAU * u);
+                let direction = axis * cos + (side * c + up * s) * sin;
+                let weight = spot.map_or(1.0, |(inner_deg, outer_deg)| {
+                    f64::from(spot_falloff(cos as f32, inner_deg, outer_deg)) / self.mean_falloff(row)
+                });
+                (position, direction.as_vec3().normalize(), weight)
+            }
+        }
+    }
+
+    /// Marks every cell in which part of a triangle may be seen: those its bounding sphere covers, after cutting it until that is small.
+    fn mark(&self, triangle: [Vec3; 3], depth: u32, marked: &mut [bool]) {
+        let [a, b, c] = triangle;
+        let center = (a + b + c) / 3.0;
+        let radius = triangle.iter().fold(0.0_f32, |most, p| most.max(p.distance(center))) * 1.000_01;
+        let Some(footprint) = self.footprint(center.as_dvec3(), f64::from(radius)) else { return };
+        let small = footprint.columns.1 - footprint.columns.0 <= 1.0 && footprint.rows.1 - footprint.rows.0 <= 1.0;
+        if small || depth == MAX_DEPTH {
+            let (first, last) = (footprint.rows.0.floor().max(0.0), footprint.rows.1.floor().min(f64::from(CELLS) - 1.0));
+            let (left, right) = (footprint.columns.0.floor() as i64, footprint.columns.1.floor() as i64);
+            for row in first as i64..=last as i64 {
+                for column in left..=right.min(left + i64::from(CELLS) - 1) {
+                    let wrapped = match self {
+                        Self::Parallel { .. } => column.clamp(0, i64::from(CELLS) - 1),
+                        Self::Cone { .. } => column.rem_euclid(i64::from(CELLS)),
+                    };
+                    marked[(row * i64::from(CELLS) + wrapped) as usize] = true;
+                }
+            }
+            return;
+        }
+        let (ab, bc, ca) = ((a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5);
+        for part in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+            self.mark(part, depth + 1, marked);
+        }
+    }
+
+    /// The coordinates, in cells, that a sphere covers; `None` outside of the light's range.
+    fn footprint(&self, center: DVec3, radius: f64) -> Option<Footprint> {
+        let cells = f64::from(CELLS);
+        match *self {
+            Self::Parallel { origin, side, up, .. } => {
+                let offset = center - origin;
+                let (u, v) = (offset.dot(side) / side.length_squared(), offset.dot(up) / up.length_squared());
+                let (du, dv) = (radius / side.length(), radius / up.length());
+                Some(Footprint { columns: ((u - du) * cells, (u + du) * cells), rows: ((v - dv) * cells, (v + dv) * cells) })
+            }
+            Self::Cone { position, axis, side, up, lowest, .. } => {
+                let all = Footprint { columns: (0.0, cells), rows: (0.0, cells - 1.0) };
+                let offset = center - position.as_dvec3();
+                let distance = offset.length();
+                if distance <= radius * 1.001 {
+                    return Some(all);
+                }
+                let half = libm::asin(radius / distance);
+                let polar = libm::acos((offset.dot(axis) / distance).clamp(-1.0, 1.0));
+                let cos = |angle: f64| libm::cos(angle.clamp(0.0, std::f64::consts::PI));
+                let row = |cos: f64| (cos - lowest) / (1.0 - lowest) * cells;
+                let rows = (row(cos(polar + half)), row(cos(polar - half)));
+                if rows.1 < 0.0 {
+                    return None;
+                }
+                if polar - half <= 0.0 || polar + half >= std::f64::consts::PI {
+                    return Some(Footprint { columns: (0.0, cells - 1.0e-9), rows });
+                }
+                // Widest where the sphere's cone touches a meridian: sin Δφ = sin half / sin polar.
+                let width = libm::asin((libm::sin(half) / libm::sin(polar)).min(1.0));
+                let azimuth = libm::atan2(offset.dot(up), offset.dot(side));
+                let column = |angle: f64| angle / std::f64::consts::TAU * cells;
+                Some(Footprint { columns: (column(azimuth - width), column(azimuth + width)), rows })
+            }
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! What light passes through: the water's medium, glass, and smoke of uneven density.
+//!
+//! Beer & Lambert give the transmittance of an even medium. That of smoke is estimated without bias by ratio tracking [Novák, Selle & Jarosz
+//! 2014]: steps are drawn as if the smoke were as dense everywhere as at its densest, `σ̄`, and at each the estimate is multiplied by
+//! `1 − σ_t(x)/σ̄`, the chance that the real smoke would have let the light pass there.
+
+use glam::Vec3;
+
+use crate::geom::{Aabb, Ray};
+use crate::math::rng::{rng3, unit_from_bits};
+use crate::scene::{DensityGrid, Medium, Smoke};
+
+/// Keeps the random numbers of tracking apart from all others.
+const STREAM_TRACKING: u32 = 0x7ac4_0000;
+
+/// Random numbers for one tracking, as a function of a key.
+#[derive(Clone, Copy)]
+pub(super) struct Tracking {
+    /// Two words that name what is tracked.
+    pub key: [u32; 2],
+    /// How many numbers have been drawn.
+    pub drawn: u32,
+}
+
+impl Tracking {
+    /// The next number, uniform in `(0, 1]`.
+    fn next(&mut self) -> f32 {
+        self.drawn += 1;
+        let [bits, ..] = rng3(self.key[0], self.key[1] ^ STREAM_TRACKING, self.drawn);
+        1.0 - unit_from_bits(bits)
+    }
+}
+
+/// Smoke, ready to be asked for densities.
+pub(super) struct SmokeBox {
+    bounds: Aabb,
+    grid: DensityGrid,
+    scale: Vec3,
+    /// At density 1, 1/m.
+    pub sigma_s: Vec3,
+    sigma_t: Vec3,
+    /// Mean cosine of the phase function.
+    pub g: f32,
+    majorant: f32,
+}
+
+impl SmokeBox {
+    /// Samples the density.
+    pub fn new(smoke: &Smoke) -> Self {
+        let grid = smoke.density_grid();
+        let cells = Vec3::from_array(grid.corners.map(|c| (c - 1) as f32));
+        let densest = grid.values.iter().copied().fold(0.0, f32::max);
+        let sigma_t = smoke.sigma_a + smoke.sigma_s;
+        Self {
+            bounds: Aabb { min: smoke.min, max: smoke.max },
+            scale: cells / (smoke.max - smoke.min),
+            grid,
+            sigma_s: smoke.sigma_s,
+            sigma_t,
+            g: smoke.g,
+            majorant: sigma_t.max_element() * densest,
+        }
+    }
+
+    /// Density at a point, linear between the corners of the grid; 0 outside of the box.
+    pub fn density(&self, p: Vec3) -> f32 {
+        if !self.bounds.contains(p) {
+            return 0.0;
+        }
+        let corners = self.grid.corners;
+        let last = Vec3::from_array(corners.map(|c| (c - 2) as f32));
+        let at = (p - self.bounds.min) * self.scale;
+        let cell = at.floor().clamp(Vec3::ZERO, last);
+        let f = at - cell;
+        let [x, y, z] = cell.to_array().map(|c| c as usize);
+        let (row, plane) = (corners[0] as usize, corners[0] as usize * corners[1] as usize);
+        let first = z * plane + y * row + x;
+        let value = |dx: usize, dy: usize, dz: usize| self.grid.values[first + dz * plane + dy * row + dx];
+        let along_x = |dy, dz| value(0, dy, dz) + (value(1, dy, dz) - value(0, dy, dz)) * f.x;
+        let along_y = |dz| along_x(0, dz) + (along_x(1, dz) - along_x(0, dz)) * f.y;
+        along_y(0) + (along_y(1) - along_y(0)) * f.z
+    }
+
+    /// An unbiased estimate of the transmittance over `0..length` of a ray, linear RGB.
+    pub fn transmittance(&self, ray: Ray, length: f32, tracking: &mut Tracking) -> Vec3 {
+        let mut estimate = Vec3::ONE;
+        let Some((enter, leave)) = ray.meet_aabb(self.bounds) else { return estimate };
+        let leave = leave.min(length);
+        if self.majorant <= 0.0 {
+            return estimate;
+        }
+        let mut t = enter;
+        loop {
+            t -= libm::logf(tracking.next()) / self.majorant;
+            if t >= leave {
+                return estimate;
+            }
+            estimate *= Vec3::ONE - self.sigma_t * (self.density(ray.at(t)) / self.majorant);
+        }
+    }
+
+    /// Whether any of it scatters.
+    pub fn scatters(&self) -> bool {
+        self.sigma_s != Vec3::ZERO && self.majorant > 0.0
+    }
+
+    /// The part of a ray inside the box, up to `length`.
+    pub fn span(&self, ray: Ray, length: f32) -> Option<(f32, f32)> {
+        let (enter, leave) = ray.meet_aabb(self.bounds)?;
+        (enter < leave.min(length)).then_some((enter, leave.min(length)))
+    }
+}
+
+/// Where a stretch of a path runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// In the open, smoke included.
+    Air,
+    /// In the water.
+    Water,
+    /// In a body of glass of this object.
+    Glass(u32),
+}
+
+/// Transmittance of an even medium, linear RGB; 0 over an infinite way through anything but nothing.
+pub(super) fn even_transmittance(sigma_t: Vec3, length: f32) -> Vec3 {
+    let share = |sigma: f32| if sigma == 0.0 { 1.0 } else { crate::math::optics::beer_lambert(sigma, length) };
+    Vec3::new(share(sigma_t.x), share(sigma_t.y), share(sigma_t.z))
+}
+
+/// Share of what a medium takes out of a beam that it scatters; the rest it absorbs.
+pub(super) fn scattered_share(sigma_a: Vec3, sigma_s: Vec3) -> Vec3 {
+    let total = sigma_a + sigma_s;
+    Vec3::select(total.cmpgt(Vec3::ZERO), sigma_s / total, Vec3::ZERO)
+}
+
+/// The water's medium.
+pub(super) fn water_share(medium: &Medium) -> Vec3 {
+    scattered_share(medium.sigma_a, medium.sigma_s)
+}
+
+impl SmokeBox {
+    /// See [`scattered_share`].
+    pub fn share(&self) -> Vec3 {
+        scattered_share(self.sigma_t - self.sigma_s, self.sigma_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Density;
+
+    fn smoke(density: Density) -> SmokeBox {
+        SmokeBox::new(&Smoke {
+            min: Vec3::ZERO,
+            max: Vec3::splat(2.0),
+            sigma_a: Vec3::new(0.1, 0.2, 0.3),
+            sigma_s: Vec3::new(0.5, 0.4, 0.6),
+            g: 0.0,
+            density,
+        })
+    }
+
+    const RAY: Ray = Ray { origin: Vec3::new(-1.0, 0.7, 1.1), direction: Vec3::X };
+
+    /// Mean of many estimates, and its standard error.
+    fn estimate(smoke: &SmokeBox, length: f32) -> (f64, f64) {
+        let count = 40_000;
+        let (mut sum, mut squares) = (0.0_f64, 0.0_f64);
+        for k in 0..count {
+            let value = f64::from(smoke.transmittance(RAY, length, &mut Tracking { key: [3, k], drawn: 0 }).x);
+            sum += value;
+            squares += value * value;
+        }
+        let mean = sum / f64::from(count);
+        (mean, ((squares / f64::from(count) - mean * mean) / f64::from(count)).sqrt())
+    }
+
+    #[test]
+    fn ratio_tracking_agrees_with_beer_and_lambert_in_even_smoke() {
+        let (mean, error) = estimate(&smoke(Density::Uniform), 10.0);
+        let truth = libm::exp(-0.6 * 2.0);
+        assert!((mean - truth).abs() < 4.0 * error, "{mean} ± {error}, expected {truth}");
+        assert!((mean - libm::exp(-0.6 * 1.9)).abs() > 4.0 * error, "the check is too coarse");
+        // From outside to the middle.
+        let (mean, error) = estimate(&smoke(Density::Uniform), 2.0);
+        assert!((mean - libm::exp(-0.6)).abs() < 4.0 * error);
+    }
+
+    #[test]
+    fn ratio_tracking_agrees_with_quadrature_in_uneven_smoke() {
+        let smoke = smoke(Density::Noise { scale_m: 0.7, octaves: 3, threshold: -0.3, cells: (16, 16, 16), seed: 4 });
+        let (mean, error) = estimate(&smoke, 10.0);
+        let steps = 20_000;
+        let depth: f64 = (0..steps)
+            .map(|k| f64::from(smoke.density(RAY.at(1.0 + 2.0 * (k as f32 + 0.5) / steps as f32))) * 2.0 / f64::from(steps) * 0.6)
+            .sum();
+        assert!(depth > 0.05, "the ray meets no smoke");
+        assert!((mean - libm::exp(-depth)).abs() < 4.0 * error, "{mean} ± {error}, expected {}", libm::exp(-depth));
+    }
+
+    #[test]
+    fn even_media_over_endless_ways_let_nothing_pass_unless_they_are_nothing() {
+        assert_eq!(even_transmittance(Vec3::new(0.0, 1.0, 2.0), f32::INFINITY), Vec3::new(1.0, 0.0, 0.0));
+    }
+}

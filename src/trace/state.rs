@@ -1,0 +1,83 @@
+//! A run as bytes, so that it can go on after an interruption: the same bits as if there had been none.
+
+use super::audit::Audit;
+use super::error::TraceError;
+use super::statistics::Accumulator;
+use super::tracer::Tracer;
+
+/// First bytes of a state, and its version.
+const MAGIC: &[u8; 16] = b"nephroid trace 1";
+
+/// Fixed part of a state.
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct Header {
+    magic: [u8; 16],
+    fingerprint: u64,
+    batches: u64,
+    audit: Audit,
+    /// Texels of the plane, of the pixels and of the volume.
+    texels: [u64; 3],
+    /// Check sum of all that follows.
+    sum: u64,
+}
+
+fn check_sum(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+impl Tracer {
+    /// All that the run has measured, to be taken up by [`Tracer::restore`].
+    #[must_use]
+    pub fn state(&self) -> Vec<u8> {
+        let parts = [&self.run.plane, &self.run.pixels, &self.run.volume];
+        let mut body = Vec::new();
+        for part in parts.into_iter().flatten() {
+            body.extend_from_slice(part.state().0);
+        }
+        let header = Header {
+            magic: *MAGIC,
+            fingerprint: self.fingerprint(),
+            batches: self.run.batches,
+            audit: self.run.audit,
+            texels: parts.map(|part| part.as_ref().map_or(0, |a| a.len() as u64)),
+            sum: check_sum(&body),
+        };
+        let mut bytes = bytemuck::bytes_of(&header).to_vec();
+        bytes.append(&mut body);
+        bytes
+    }
+
+    /// Takes up a run where [`Tracer::state`] left it. The scene and all options must be the same.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), TraceError> {
+        let (head, body) = bytes.split_at_checked(size_of::<Header>()).ok_or(TraceError::BadState("it is too short"))?;
+        let header: Header = bytemuck::pod_read_unaligned(head);
+        if header.magic != *MAGIC {
+            return Err(TraceError::BadState("it does not start as a state of this version does"));
+        }
+        let expected = self.fingerprint();
+        if header.fingerprint != expected {
+            let hex = |value: u64| format!("{value:016x}");
+            return Err(TraceError::OtherState { what: "the digest of scene and options", found: hex(header.fingerprint), expected: hex(expected) });
+        }
+        if header.sum != check_sum(body) {
+            return Err(TraceError::BadState("its check sum is wrong"));
+        }
+        let mut rest = body;
+        for part in [&mut self.run.plane, &mut self.run.pixels, &mut self.run.volume].into_iter().flatten() {
+            let length = part.state().0.len();
+            let (mine, others) = rest.split_at_checked(length).ok_or(TraceError::BadState("it is too short"))?;
+            restore(part, mine, header.batches)?;
+            rest = others;
+        }
+        if !rest.is_empty() {
+            return Err(TraceError::BadState("it is too long"));
+        }
+        (self.run.audit, self.run.batches) = (header.audit, header.batches);
+        Ok(())
+    }
+}
+
+fn restore(part: &mut Accumulator, bytes: &[u8], batches: u64) -> Result<(), TraceError> {
+    part.restore(bytes, batches).ok_or(TraceError::BadState("its pictures have another size"))
+}

@@ -1,0 +1,182 @@
+//! Where rays meet a water surface.
+//!
+//! Along a ray that is steeper than the surface can be, the height over the surface only falls, or only rises: it has one root, which
+//! Newton's method finds in a few steps from the mean level, bracketed by the bounds of the surface. Other rays march: the height over
+//! the surface, divided by the fastest it can change, is a distance that is safe to go. Light from the sky is nearly always of the first
+//! kind, sixteen rays at a time; the second kind goes one by one.
+
+use crate::math::lanes::{Lanes, Mask as _};
+use crate::math::vector::V3;
+
+use super::{Heights, WaterSurface};
+
+/// Most steps of Newton's method; what has not settled by then is bisected.
+const NEWTON_STEPS: usize = 8;
+
+/// Steps of a bisection: the bracket shrinks to a few units in the last place.
+const BISECTIONS: usize = 32;
+
+/// Most steps of a march.
+const MARCH_STEPS: usize = 4096;
+
+/// Least step of a march and largest residual of a root, as a share of the size of things.
+const TINY: f32 = 1.0e-6;
+
+/// Rays in lanes, and on which side of the surface they start: 1 above, −1 below, 0 for rays that no water stops.
+#[derive(Clone, Copy)]
+pub struct Rays<L> {
+    /// Start, world space, m.
+    pub origin: V3<L>,
+    /// Unit vector.
+    pub direction: V3<L>,
+    /// Side.
+    pub side: L,
+}
+
+/// Where rays meet the surface.
+#[derive(Clone, Copy)]
+pub struct Crossing<L> {
+    /// Distance, m; infinite where they do not.
+    pub t: L,
+    /// Unit normal there, pointing up; means nothing where they do not.
+    pub normal: V3<L>,
+}
+
+/// Meets rays with the surface.
+#[inline(always)]
+pub fn crossings<L: Lanes, H: Heights>(surface: &WaterSurface, heights: &H, rays: Rays<L>) -> Crossing<L> {
+    let zero = rays.side.like(0.0);
+    let infinite = zero.like(f32::INFINITY);
+    let d = rays.direction;
+    let flat = (d.x * d.x + d.z * d.z).sqrt();
+    let away = d.y * rays.side;
+    let steep = d.y.abs().gt(flat * (surface.slope * 1.01) + TINY);
+    let subject = !rays.side.equals(zero);
+    let mut t = infinite;
+    let falling = subject & steep & away.lt(zero);
+    if falling.any() {
+        t = L::select(falling, steep_root(surface, heights, rays), infinite);
+    }
+    let winding = subject & !steep;
+    if winding.any() {
+        t = march_lanes(surface, heights, rays, winding, t);
+    }
+    // A finite stand-in where nothing is met: a normal of infinity is no number.
+    let at = L::select(t.lt(infinite), t, zero);
+    let normal = heights.normal(rays.origin.x + d.x * at, rays.origin.z + d.z * at);
+    Crossing { t, normal }
+}
+
+/// The single root of rays that are steeper than the surface, or infinity if it lies behind them or beside the water.
+#[inline(always)]
+fn steep_root<L: Lanes, H: Heights>(surface: &WaterSurface, heights: &H, rays: Rays<L>) -> L {
+    let (o, d) = (rays.origin, rays.direction);
+    let zero = o.x.like(0.0);
+    let infinite = zero.like(f32::INFINITY);
+    let y = o.y - surface.level;
+    let inverse = zero.like(1.0) / d.y;
+    let (a, b) = ((-y + surface.rise) * inverse, (-y - surface.rise) * inverse);
+    let low = Lanes::max(Lanes::min(a, b), zero);
+    let high = Lanes::max(Lanes::max(a, b), zero);
+    let mut t = Lanes::min(Lanes::max(-y * inverse, low), high);
+    // Heights of the rays over the surface are as exact as the coordinates are.
+    let exact = (y.abs() + o.x.abs() + o.z.abs() + surface.rise) * 2.0e-7 + 1.0e-7;
+    let mut settled = zero.lt(zero);
+    for _ in 0..NEWTON_STEPS {
+        let (h, slope_x, slope_z) = heights.rise_and_slope(o.x + d.x * t, o.z + d.z * t);
+        let f = y + d.y * t - h;
+        let step = f / (d.y - slope_x * d.x - slope_z * d.z);
+        t = Lanes::min(Lanes::max(t - step, low), high);
+        settled = f.abs().le(exact);
+        if settled.all() {
+            break;
+        }
+    }
+    if !settled.all() {
+        let (mut near, mut far) = (low, high);
+        for _ in 0..BISECTIONS {
+            let middle = (near + far) * 0.5;
+            let (h, _, _) = heights.rise_and_slope(o.x + d.x * middle, o.z + d.z * middle);
+            let before = ((y + d.y * middle - h) * rays.side).gt(zero);
+            near = L::select(before, middle, near);
+            far = L::select(before, far, middle);
+        }
+        t = L::select(settled, t, (near + far) * 0.5);
+    }
+    let (x, z) = (o.x + d.x * t, o.z + d.z * t);
+    let over = x.ge(x.like(surface.min.x)) & x.le(x.like(surface.max.x)) & z.ge(z.like(surface.min.y)) & z.le(z.like(surface.max.y));
+    L::select(over & high.gt(zero), t, infinite)
+}
+
+/// Marches the chosen lanes one by one; the others keep their `t`.
+#[inline(always)]
+fn march_lanes<L: Lanes, H: Heights>(surface: &WaterSurface, heights: &H, rays: Rays<L>, chosen: L::Mask, t: L) -> L {
+    let (o, d) = (rays.origin, rays.direction);
+    let o = [o.x.to_array(), o.y.to_array(), o.z.to_array()];
+    let d = [d.x.to_array(), d.y.to_array(), d.z.to_array()];
+    let (sides, mut found) = (rays.side.to_array(), t.to_array());
+    let bits = chosen.bits();
+    for lane in 0..L::LEN {
+        if bits >> lane & 1 == 1 {
+            let at = |v: &[[f32; 16]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
+            found[lane] = march(surface, heights, at(&o), at(&d), sides[lane]);
+        }
+    }
+    L::load(t.token(), &found)
+}
+
+/// The first root of a ray that may meet the surface any number of times.
+fn march<H: Heights>(surface: &WaterSurface, heights: &H, o: [f32; 3], d: [f32; 3], side: f32) -> f32 {
+    let y = o[1] - surface.level;
+    // The part of the ray over the rectangle and between the bounds of the surface.
+    let (mut from, mut to) = (0.0_f32, f32::INFINITY);
+    for (start, step, low, high) in
+        [(o[0], d[0], surface.min.x, surface.max.x), (y, d[1], -surface.rise, surface.rise), (o[2], d[2], surface.min.y, surface.max.y)]
+    {
+        if step == 0.0 {
+            if start < low || start > high {
+                return f32::INFINITY;
+            }
+            continue;
+        }
+        let (a, b) = ((low - start) / step, (high - start) / step);
+        from = from.max(a.min(b));
+        to = to.min(a.max(b));
+    }
+    let over = |t: f32| {
+        let (h, _, _) = heights.rise_and_slope(o[0] + d[0] * t, o[2] + d[2] * t);
+        (y + d[1] * t - h) * side
+    };
+    let fastest = d[1].abs() + surface.slope * (d[0] * d[0] + d[2] * d[2]).sqrt();
+    let least = TINY * (1.0 + (surface.max - surface.min).max_element());
+    let mut t = from;
+    let mut f = over(t);
+    if f < 0.0 {
+        // A ray that comes in beside the water, below its surface; or one that starts on the surface and rounding put it across.
+        if from > 0.0 || f < -least {
+            return f32::INFINITY;
+        }
+        f = 0.0;
+    }
+    for _ in 0..MARCH_STEPS {
+        let next = t + (f / fastest).max(least);
+        if next > to {
+            return f32::INFINITY;
+        }
+        let g = over(next);
+        if g < 0.0 {
+            let (mut near, mut far) = (t, next);
+            for _ in 0..BISECTIONS {
+                let middle = 0.5 * (near + far);
+                if over(middle) > 0.0 {
+                    near = middle;
+                } else {
+                    far = middle;
+                }
+            }
+            return 0.5 * (near + far);
+        }
+        (t, f) = (next, g);
+    }
+    f32::INFINITY
+}

@@ -1,0 +1,256 @@
+//! The objects of a scene as rays meet them: triangles in world space, and a bounding-volume hierarchy over them.
+
+use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb as Bounds;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use obvhs::ray::{Ray, RayHit};
+
+use crate::geom::{Aabb, Mesh};
+use crate::scene::{Camera, Light, Material, Scene};
+
+use super::error::TraceError;
+
+/// Most triangles: the hierarchy names them by 32 bits, and keeps some for itself.
+const MAX_TRIANGLES: usize = 1 << 27;
+
+/// Boxes of triangles are enlarged by this share of their coordinates, so that rounding in the test of a box loses no hit.
+const BOX_SLACK: f32 = 1.0e-6;
+
+/// No triangle, or no object.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// What a surface does to a photon.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Surface {
+    /// Takes it in: light that lands.
+    Diffuse,
+    /// Sends on this share of it.
+    Mirror(Vec3),
+    /// Glass: refractive index and Abbe number of the inside, absorption in 1/m.
+    Glass { ior: f32, abbe: Option<f32>, absorption: Vec3 },
+}
+
+/// A triangle in world space, counter-clockwise seen from outside.
+#[derive(Clone, Copy, Debug)]
+struct Triangle {
+    a: Vec3A,
+    b: Vec3A,
+    c: Vec3A,
+    /// Number of its object.
+    object: u32,
+    /// Index of its first vertex normal, or [`NONE`] for one that needs no normals.
+    normals: u32,
+}
+
+/// A surface point that a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Hit {
+    /// Distance, m.
+    pub t: f32,
+    /// Number of the triangle.
+    pub triangle: u32,
+}
+
+/// All objects of a scene.
+pub(super) struct World {
+    triangles: Vec<Triangle>,
+    normals: Vec<Vec3>,
+    bvh: Option<CwBvh>,
+    /// By object.
+    pub surfaces: Vec<Surface>,
+    /// Bounds of everything.
+    pub bounds: Aabb,
+    /// Bodies of glass whose triangles faced in and were turned over.
+    pub turned: u64,
+    closed: Vec<bool>,
+    names: Vec<String>,
+}
+
+impl World {
+    /// Builds or loads every object's mesh.
+    pub fn new(scene: &Scene) -> Result<Self, TraceError> {
+        let mut world = Self {
+            triangles: Vec::new(),
+            normals: Vec::new(),
+            bvh: None,
+            surfaces: Vec::new(),
+            bounds: Aabb::EMPTY,
+            turned: 0,
+            closed: Vec::new(),
+            names: Vec::new(),
+        };
+        for (index, object) in scene.objects.iter().enumerate() {
+            let mesh = scene.mesh(index)?.transformed(object.transform.world_from_object());
+            let surface = match object.material {
+                Material::Diffuse { .. } => Surface::Diffuse,
+                Material::Mirror { reflectance } => Surface::Mirror(reflectance),
+                Material::Dielectric { ior, abbe, absorption } => Surface::Glass { ior, abbe, absorption },
+            };
+            world.add(&mesh, surface, object.display_name(index))?;
+        }
+        if world.triangles.len() > MAX_TRIANGLES {
+            return Err(TraceError::TooManyTriangles { found: world.triangles.len(), limit: MAX_TRIANGLES });
+        }
+        world.build();
+        world.check_places(scene)?;
+        Ok(world)
+    }
+
+    fn add(&mut self, mesh: &Mesh, surface: Surface, name: String) -> Result<(), TraceError> {
+        let report = mesh.edge_report();
+        let mut inverted = false;
+        if matches!(surface, Surface::Glass { .. }) {
+            if !report.is_closed() {
+                return Err(TraceError::OpenGlass {
+                    object: name,
+                    border: report.border_count,
+                    crowded: report.non_manifold_count,
+                    twisted: report.inconsistent_count,
+                });
+            }
+            inverted = mesh.signed_volume() < 0.0;
+            self.turned += u64::from(inverted);
+        }
+        let object = self.surfaces.len() as u32;
+        let smooth = surface != Surface::Diffuse;
+        for triangle in mesh.triangles() {
+            let order = if inverted { [0, 2, 1] } else { [0, 1, 2] };
+            let corners = order.map(|k| triangle[k] as usize);
+            let [a, b, c] = corners.map(|i| Vec3A::from(mesh.positions[i]));
+            let normals = if smooth { self.normals.len() as u32 } else { NONE };
+            if smooth {
+                let sign = if inverted { -1.0 } else { 1.0 };
+                self.normals.extend(corners.map(|i| mesh.normals[i] * sign));
+            }
+            self.triangles.push(Triangle { a, b, c, object, normals });
+        }
+        self.bounds = self.bounds.union(mesh.bounds());
+        self.surfaces.push(surface);
+        self.closed.push(report.is_closed());
+        self.names.push(name);
+        Ok(())
+    }
+
+    /// Builds the hierarchy, and puts triangles in its order.
+    fn build(&mut self) {
+        if self.triangles.is_empty() {
+            return;
+        }
+        let boxes: Vec<Bounds> = self
+            .triangles
+            .iter()
+            .map(|t| {
+                let (min, max) = (t.a.min(t.b).min(t.c), t.a.max(t.b).max(t.c));
+                let slack = (min.abs().max(max.abs()) + Vec3A::splat(1.0e-3)) * BOX_SLACK;
+                Bounds::new(min - slack, max + slack)
+            })
+            .collect();
+        let indices = (0..boxes.len() as u32).collect();
+        let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(PlocSearchDistance::Low, &boxes, indices, SortPrecision::U64, 0);
+        ReinsertionOptimizer::default().run(&mut bvh, 0.05, None);
+        let bvh = bvh2_to_cwbvh(&bvh, 3, true, false);
+        self.triangles = bvh.primitive_indices.iter().map(|&index| self.triangles[index as usize]).collect();
+        self.bvh = Some(bvh);
+    }
+
+    /// The nearest triangle along a ray, up to `limit` metres; the one numbered `skip` is passed over.
+    #[inline]
+    pub fn nearest(&self, origin: Vec3, direction: Vec3, limit: f32, skip: u32) -> Option<Hit> {
+        let bvh = self.bvh.as_ref()?;
+        let (o, d) = (Vec3A::from(origin), Vec3A::from(direction));
+        let mut hit = RayHit::none();
+        let ray = Ray::new(o, d, 0.0, limit);
+        bvh.ray_traverse(ray, &mut hit, |ray, index| {
+            if index as u32 == skip { f32::INFINITY } else { self.triangles[index].meet(o, d, ray.tmax) }
+        });
+        (hit.primitive_id != NONE).then_some(Hit { t: hit.t, triangle: hit.primitive_id })
+    }
+
+    /// Number of the object that a triangle belongs to.
+    pub fn object(&self, triangle: u32) -> u32 {
+        self.triangles[triangle as usize].object
+    }
+
+    /// Unit normal of a triangle's plane, out of the surface; zero for a triangle without area.
+    pub fn face_normal(&self, triangle: u32) -> Vec3 {
+        let t = &self.triangles[triangle as usize];
+        Vec3::from((t.b - t.a).cross(t.c - t.a)).normalize_or_zero()
+    }
+
+    /// Unit normal interpolated over a triangle, at a point of it; that of its plane where it has none.
+    pub fn smooth_normal(&self, triangle: u32, p: Vec3) -> Vec3 {
+        let t = &self.triangles[triangle as usize];
+        let face = Vec3::from((t.b - t.a).cross(t.c - t.a));
+        if t.normals == NONE {
+            return face.normalize_or_zero();
+        }
+        // Weights are areas of the parts that the point cuts the triangle into.
+        let (a, b, c) = (Vec3::from(t.a), Vec3::from(t.b), Vec3::from(t.c));
+        let wa = (b - p).cross(c - p).dot(face);
+        let wb = (c - p).cross(a - p).dot(face);
+        let wc = (a - p).cross(b - p).dot(face);
+        let n = &self.normals[t.normals as usize..][..3];
+        (n[0] * wa + n[1] * wb + n[2] * wc).try_normalize().unwrap_or_else(|| face.normalize_or_zero())
+    }
+
+    /// World-space corners of every triangle that bends or reflects light.
+    pub fn specular_triangles(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
+        let specular = |t: &&Triangle| self.surfaces[t.object as usize] != Surface::Diffuse;
+        self.triangles.iter().filter(specular).map(|t| [t.a, t.b, t.c].map(Vec3::from))
+    }
+
+    /// The closed object that a point is in, if any: the one whose outermost surface a ray from the point leaves first.
+    fn around(&self, p: Vec3) -> Option<u32> {
+        // A direction that no shipped mesh is aligned with.
+        let direction = Vec3::new(0.299_7, 0.903_6, 0.306_2).normalize();
+        let mut depth = vec![0_i32; self.surfaces.len()];
+        let (mut origin, mut skip) = (p, NONE);
+        while let Some(hit) = self.nearest(origin, direction, f32::INFINITY, skip) {
+            let object = self.object(hit.triangle) as usize;
+            depth[object] += if self.face_normal(hit.triangle).dot(direction) > 0.0 { 1 } else { -1 };
+            origin += direction * hit.t;
+            skip = hit.triangle;
+        }
+        (0..depth.len()).find(|&k| self.closed[k] && depth[k] > 0).map(|k| k as u32)
+    }
+
+    fn check_places(&self, scene: &Scene) -> Result<(), TraceError> {
+        for (light, source) in scene.lights.iter().enumerate() {
+            if let Light::Point { position, .. } | Light::Spot { position, .. } = *source
+                && let Some(object) = self.around(position)
+            {
+                return Err(TraceError::LightInside { light, position: position.to_array(), object: self.names[object as usize].clone() });
+            }
+        }
+        if let Camera::Perspective { position, .. } = scene.camera
+            && let Some(object) = self.around(position)
+        {
+            return Err(TraceError::CameraInside { position: position.to_array(), object: self.names[object as usize].clone() });
+        }
+        Ok(())
+    }
+}
+
+impl Triangle {
+    /// Distance at which a ray meets the triangle, from either side, within `(0, limit)`; infinity if it does not.
+    ///
+    /// The ray passes its edges on sides given by `d · (p × q)` of their ends seen from the origin. Two triangles of one edge compute that
+    /// from the same numbers up to the sign, so that no ray slips through between them [Davis & Kaplan 1976; Woop et al. 2013].
+    #[inline]
+    fn meet(&self, o: Vec3A, d: Vec3A, limit: f32) -> f32 {
+        let (a, b, c) = (self.a - o, self.b - o, self.c - o);
+        let u = d.dot(c.cross(b));
+        let v = d.dot(a.cross(c));
+        let w = d.dot(b.cross(a));
+        let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+        if !inside {
+            return f32::INFINITY;
+        }
+        let normal = (self.b - self.a).cross(self.c - self.a);
+        let t = normal.dot(a) / normal.dot(d);
+        if t > 0.0 && t < limit { t } else { f32::INFINITY }
+    }
+}
