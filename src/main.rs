@@ -14,6 +14,7 @@ fn main() -> ExitCode {
     match cli::run(command) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Differs) => ExitCode::from(cli::EXIT_DIFFERS),
+        Ok(Outcome::Interrupted) => ExitCode::from(cli::EXIT_INTERRUPTED),
         Err(error) => fail(&cli::error_chain(&error)),
     }
 }

@@ -48,6 +48,31 @@ pub fn seconds(text: &str) -> Result<f32, String> {
     }
 }
 
+/// A number of something that may be large: digits, perhaps with a `k`, `M` or `G`, such as `50M`; at least 1.
+pub fn large_count(text: &str) -> Result<u64, String> {
+    let (digits, factor) = match text.char_indices().last() {
+        Some((at, 'k')) => (&text[..at], 1_000),
+        Some((at, 'M')) => (&text[..at], 1_000_000),
+        Some((at, 'G')) => (&text[..at], 1_000_000_000),
+        _ => (text, 1),
+    };
+    let count = digits.parse::<u64>().ok().and_then(|count| count.checked_mul(factor));
+    count
+        .filter(|count| (1..=MAX_COUNT).contains(count))
+        .ok_or_else(|| format!("expected a whole number from 1 to {MAX_COUNT}, such as 50M"))
+}
+
+/// Most photons that can be asked for.
+const MAX_COUNT: u64 = 1_000_000_000_000_000;
+
+/// A time to spend, in seconds: above 0, at most a year.
+pub fn time_limit(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if seconds > 0.0 && seconds <= 31_536_000.0 => Ok(seconds),
+        _ => Err("expected a number of seconds above 0, at most 31536000".to_owned()),
+    }
+}
+
 /// A share: above 0, at most 1.
 pub fn share(text: &str) -> Result<f64, String> {
     match text.parse() {
@@ -84,6 +109,14 @@ mod tests {
         assert_eq!(setting(" a = (b: \"c=d\") "), setting_of("a", "(b: \"c=d\")"));
         for text in ["", "=", "a", "a=", "=b", " = "] {
             assert!(setting(text).is_err(), "{text:?} was accepted");
+        }
+    }
+
+    #[test]
+    fn large_counts_may_have_a_suffix() {
+        assert_eq!((large_count("7"), large_count("50M"), large_count("2k")), (Ok(7), Ok(50_000_000), Ok(2_000)));
+        for text in ["", "0", "0M", "-1", "1.5M", "M", "1e6", "99999999999999999999", "99999999G", "1m", "5\u{20ac}"] {
+            assert!(large_count(text).is_err(), "{text:?} was accepted");
         }
     }
 

@@ -11,12 +11,14 @@
 mod args;
 mod crosscheck;
 mod drivers;
+mod files;
 mod interrupt;
 mod list;
 mod output;
 mod progress;
 mod render;
 mod renderer;
+mod trace;
 
 use std::ffi::OsString;
 use std::fmt::Write as _;
@@ -26,6 +28,9 @@ use clap::{Parser, Subcommand, error::ErrorKind};
 
 /// Exit code of a comparison that does not agree.
 pub const EXIT_DIFFERS: u8 = 1;
+
+/// Exit code of a run that was interrupted and can go on.
+pub const EXIT_INTERRUPTED: u8 = interrupt::EXIT_INTERRUPTED;
 
 /// Exit code of every error, usage errors included, and of a comparison that could not be made.
 pub const EXIT_ERROR: u8 = 2;
@@ -45,6 +50,8 @@ pub enum Command {
     Render(Box<render::LowArgs>),
     /// Compare the software GPU with a Vulkan driver, attachment by attachment (in builds with the feature `wgpu`)
     Crosscheck(Box<crosscheck::LowArgs>),
+    /// Trace photons through a scene: what the techniques are judged by
+    Trace(Box<trace::LowArgs>),
     /// List the techniques, the scenes in a folder, the drivers, or what --set can change
     List(list::LowArgs),
 }
@@ -84,6 +91,8 @@ pub enum Outcome {
     Done,
     /// Done, and what was compared does not agree.
     Differs,
+    /// Interrupted, with everything kept that is needed to go on.
+    Interrupted,
 }
 
 /// Does what the command says.
@@ -91,6 +100,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
     let result = match command {
         Command::Render(low) => render::HiArgs::resolve(*low).and_then(|args| render::run(&args)).map(|()| Outcome::Done),
         Command::Crosscheck(low) => crosscheck::HiArgs::resolve(*low).and_then(|args| crosscheck::run(&args)),
+        Command::Trace(low) => trace::HiArgs::resolve(*low).and_then(|args| trace::run(&args)),
         Command::List(low) => list::run(&low).map(|()| Outcome::Done),
     };
     match result {

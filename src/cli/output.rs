@@ -36,6 +36,17 @@ pub fn columns<const N: usize>(rows: &[[&str; N]]) -> String {
     text
 }
 
+/// A titled list of names and values, numbers flush right; nothing if there are none.
+pub fn section(title: &str, lines: &[(&str, String)]) -> String {
+    if lines.is_empty() {
+        return String::new();
+    }
+    let width = lines.iter().map(|(_, value)| value.len()).max().unwrap_or(0);
+    let padded: Vec<_> = lines.iter().map(|(name, value)| (name, format!("{value:>width$}"))).collect();
+    let rows: Vec<_> = padded.iter().map(|(name, value)| ["", **name, value.as_str()]).collect();
+    format!("{title}\n{}", columns(&rows))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -44,5 +55,14 @@ mod tests {
     fn columns_line_up_without_trailing_blanks() {
         assert_eq!(columns(&[["a", "one"], ["long", ""], ["ab", "two"]]), "a     one\nlong\nab    two\n");
         assert_eq!(columns::<2>(&[]), "");
+    }
+
+    #[test]
+    fn sections_line_up() {
+        assert_eq!(
+            section("energy", &[("in", "10.5 W".into()), ("absorbed", "2.25 W".into())]),
+            "energy\n  in        10.5 W\n  absorbed  2.25 W\n"
+        );
+        assert_eq!(section("energy", &[]), "");
     }
 }

@@ -46,6 +46,11 @@ impl Progress {
         self.bar.set_message(message.into());
     }
 
+    /// So many steps are done by now.
+    pub fn reach(&self, steps: u64) {
+        self.bar.set_position(steps);
+    }
+
     /// One step is done.
     pub fn done(&self) {
         self.bar.inc(1);

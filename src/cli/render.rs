@@ -1,9 +1,7 @@
 //! `nephroid render`: a scene file to a picture and its layers.
 
-use std::ffi::OsStr;
 use std::fmt::Write as _;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context as _, bail, ensure};
@@ -11,13 +9,11 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::cli::args::{self, ImageSize, Setting};
+use crate::cli::files::{self, Format, Output};
 use crate::cli::progress::Progress;
 use crate::cli::renderer::{self, Rendering, Request};
 use crate::cli::{interrupt, output};
 use crate::image::{LayerSet, STANDARD_LAYERS, file, openexr, png};
-
-/// Folder of the files when no `-o` is given.
-const DEFAULT_FOLDER: &str = "out";
 
 /// The layer that a PNG shows.
 const PICTURE_LAYER: &str = "color";
@@ -112,20 +108,6 @@ fn layers_help() -> String {
     format!("Layers (intermediate attachments go by PASS/NAME):\n{}", output::columns(&rows))
 }
 
-/// What kind of file an output is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Format {
-    Png,
-    Exr,
-}
-
-/// One file to write.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Output {
-    path: PathBuf,
-    format: Format,
-}
-
 /// The arguments as meant: every default filled in, every contradiction refused.
 #[derive(Debug)]
 pub struct HiArgs {
@@ -143,7 +125,7 @@ impl HiArgs {
     /// Resolves the arguments. Reads nothing and writes nothing.
     pub fn resolve(low: LowArgs) -> anyhow::Result<Self> {
         let default_folder = low.outputs.is_empty();
-        let outputs = if default_folder { default_outputs(&low.scene)? } else { chosen_outputs(low.outputs)? };
+        let outputs = if default_folder { files::default_outputs(&low.scene, "")? } else { files::chosen_outputs(low.outputs)? };
         if let Some(layers) = &low.layers {
             if let Some((index, name)) = layers.iter().enumerate().find(|(index, name)| layers[..*index].contains(name)) {
                 bail!("--layers names `{name}` twice, again at place {}", index + 1);
@@ -188,33 +170,6 @@ impl HiArgs {
     }
 }
 
-/// `out/STEM.png` and `out/STEM.exr`.
-fn default_outputs(scene: &Path) -> anyhow::Result<Vec<Output>> {
-    let stem = scene.file_stem().with_context(|| format!("{} does not name a scene file", scene.display()))?;
-    let output = |extension: &str, format| {
-        let mut name = stem.to_owned();
-        name.push(extension);
-        Output { path: Path::new(DEFAULT_FOLDER).join(name), format }
-    };
-    Ok(vec![output(".png", Format::Png), output(".exr", Format::Exr)])
-}
-
-/// The files of `-o`: known extensions, none twice.
-fn chosen_outputs(paths: Vec<PathBuf>) -> anyhow::Result<Vec<Output>> {
-    let mut outputs: Vec<Output> = Vec::new();
-    for path in paths {
-        let extension = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
-        let format = match extension.as_deref() {
-            Some("png") => Format::Png,
-            Some("exr") => Format::Exr,
-            _ => bail!("cannot tell from its name what to write to {}; a file ends in .png or .exr", path.display()),
-        };
-        ensure!(outputs.iter().all(|output| output.path != path), "-o names {} twice", path.display());
-        outputs.push(Output { path, format });
-    }
-    Ok(outputs)
-}
-
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
@@ -243,7 +198,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<()> {
     let start = Instant::now();
     let prepared = renderer::prepare(&args.request)?;
     if args.default_folder {
-        fs::create_dir_all(DEFAULT_FOLDER).with_context(|| format!("cannot make the folder {DEFAULT_FOLDER}"))?;
+        files::make_default_folder()?;
     }
     // A render is long, a full disk or a wrong folder quickly found.
     interrupt::uninterrupted(|| args.outputs.iter().try_for_each(|output| file::check_writable(&output.path)))?;
@@ -316,22 +271,11 @@ fn summary(args: &HiArgs, rendering: &Rendering, seconds: f64) -> String {
     for output in &args.outputs {
         let _ = writeln!(text, "  {}", output.path.display());
     }
-    let audit: Vec<_> = rendering.audit.iter().map(|(name, watts)| (name, format!("{watts:.6} W"))).collect();
-    text.push_str(&section("energy", &audit));
-    let counters: Vec<_> = rendering.counters.iter().map(|(name, count)| (name, count.to_string())).collect();
-    text.push_str(&section("counters", &counters));
+    let audit: Vec<_> = rendering.audit.iter().map(|(name, watts)| (name.as_str(), format!("{watts:.6} W"))).collect();
+    text.push_str(&output::section("energy", &audit));
+    let counters: Vec<_> = rendering.counters.iter().map(|(name, count)| (name.as_str(), count.to_string())).collect();
+    text.push_str(&output::section("counters", &counters));
     text
-}
-
-/// A titled list of names and values, numbers flush right; nothing if there are none.
-fn section(title: &str, lines: &[(&String, String)]) -> String {
-    if lines.is_empty() {
-        return String::new();
-    }
-    let width = lines.iter().map(|(_, value)| value.len()).max().unwrap_or(0);
-    let padded: Vec<_> = lines.iter().map(|(name, value)| (name, format!("{value:>width$}"))).collect();
-    let rows: Vec<_> = padded.iter().map(|(name, value)| ["", name.as_str(), value.as_str()]).collect();
-    format!("{title}\n{}", output::columns(&rows))
 }
 
 #[cfg(test)]
@@ -404,12 +348,5 @@ mod tests {
     #[test]
     fn a_scene_without_a_file_name_is_refused() {
         assert_eq!(message(&[".."]), ".. does not name a scene file");
-    }
-
-    #[test]
-    fn sections_line_up() {
-        let (a, b) = ("in".to_owned(), "absorbed".to_owned());
-        assert_eq!(section("energy", &[(&a, "10.5 W".into()), (&b, "2.25 W".into())]), "energy\n  in        10.5 W\n  absorbed  2.25 W\n");
-        assert_eq!(section("energy", &[]), "");
     }
 }

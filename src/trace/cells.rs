@@ -8,7 +8,11 @@
 //! Where the corners of a pixel meet different surfaces, it is cut in four, down to an eighth of its width, and the parts that are whole
 //! stand for it.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb as Bounds;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 
 use super::eye::{Eye, Seen};
@@ -22,18 +26,19 @@ const LEAST_SHARE: f32 = 0.2;
 /// How far the corners of a whole piece may be off the plane of its middle, as a share of their distance from it.
 const FLATNESS: f32 = 0.2;
 
-/// Sizes of triangles are told apart by powers of two, of which there are this many.
-const LEVELS: i32 = 64;
+/// Pieces that a leaf of the hierarchy may hold.
+const LEAF: u32 = 4;
 
-/// A triangle of a pixel's footprint.
+/// A piece of a pixel's footprint: two triangles about one diagonal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cell {
-    corners: [Vec3; 3],
-    /// Unit normal on the side that is seen; corners are counter-clockwise about it.
-    normal: Vec3,
+    /// Counter-clockwise about the normals.
+    corners: [Vec3; 4],
+    /// Unit normals of triangles (0, 1, 2) and (0, 2, 3) on the side that is seen.
+    normals: [Vec3; 2],
+    /// Share of the pixel over area, 1/m², of each triangle; 0 for one that has no area to speak of.
+    weights: [f32; 2],
     pixel: u32,
-    /// Share of the pixel over area, 1/m².
-    weight: f32,
 }
 
 /// Footprints of all pixels of a picture, and an index of them by place.
@@ -48,18 +53,9 @@ pub(super) struct Cells {
     pub seen: Vec<Option<Seen>>,
     /// Area of each pixel's footprint, m²; 0 where it is not valid.
     pub areas: Vec<f64>,
+    /// In the order of the hierarchy.
     cells: Vec<Cell>,
-    levels: Vec<Level>,
-    /// Where each bucket of `entries` starts; a power of two of buckets, and the end.
-    starts: Vec<u32>,
-    entries: Vec<u32>,
-}
-
-/// Boxes of one size.
-#[derive(Clone, Copy, Debug)]
-struct Level {
-    exponent: i32,
-    inverse: f32,
+    bvh: Bvh2,
 }
 
 /// Points that someone else's picture shows: what a technique drew, to be judged where it drew it.
@@ -127,113 +123,62 @@ impl Cells {
         let mut valid = Vec::with_capacity(pixels.len());
         let mut areas = Vec::with_capacity(pixels.len());
         for (number, pixel) in pixels.iter().enumerate() {
-            let share: f32 = pixel.parts.iter().map(|part| part.share).sum();
+            let share = pixel.share();
             valid.push(share >= LEAST_SHARE);
             let mut area = 0.0;
             if share >= LEAST_SHARE {
                 for part in &pixel.parts {
-                    area += f64::from(part.area);
-                    let weight = part.share / share / part.area;
-                    cells.push(Cell { corners: part.corners, normal: part.normal, pixel: number as u32, weight });
+                    area += f64::from(part.areas[0]) + f64::from(part.areas[1]);
+                    let weight = |area: f32| if area > 0.0 { part.half / share / area } else { 0.0 };
+                    let weights = part.areas.map(weight);
+                    cells.push(Cell { corners: part.corners, normals: part.normals, weights, pixel: number as u32 });
                 }
             }
             areas.push(area);
         }
+        let boxes: Vec<Bounds> = cells.iter().map(Cell::bounds).collect();
+        let indices = (0..boxes.len() as u32).collect();
+        let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(PlocSearchDistance::VeryLow, &boxes, indices, SortPrecision::U64, 0);
+        collapse(&mut bvh, LEAF, 1.0);
+        let cells = bvh.primitive_indices.iter().map(|&index| cells[index as usize]).collect();
         let seen = pixels.into_iter().map(|pixel| pixel.seen).collect();
-        let mut made = Self { columns, rows, valid, seen, areas, cells, levels: Vec::new(), starts: vec![0, 0], entries: Vec::new() };
-        made.index();
-        made
-    }
-
-    /// Sorts the triangles into boxes about as large as they are.
-    fn index(&mut self) {
-        let mut used = [false; LEVELS as usize];
-        let exponents: Vec<i32> = self
-            .cells
-            .iter()
-            .map(|cell| {
-                let [a, b, c] = cell.corners;
-                let size = a.distance(b).max(b.distance(c)).max(c.distance(a)).max(1.0e-6);
-                let exponent = libm::ilogbf(size) + 1;
-                used[(exponent + LEVELS / 2).clamp(0, LEVELS - 1) as usize] = true;
-                exponent
-            })
-            .collect();
-        self.levels = (0..LEVELS)
-            .filter(|&k| used[k as usize])
-            .map(|k| Level { exponent: k - LEVELS / 2, inverse: libm::ldexpf(1.0, LEVELS / 2 - k) })
-            .collect();
-        let buckets = (self.cells.len() * 4).next_power_of_two();
-        let mut counts = vec![0_u32; buckets + 1];
-        let boxes = |cell: &Cell, exponent: i32, visit: &mut dyn FnMut(usize)| {
-            let inverse = libm::ldexpf(1.0, -exponent);
-            // Light lands a rounding error off the triangle.
-            let slack = 1.0e-3 / inverse;
-            let low = ((cell.corners[0].min(cell.corners[1]).min(cell.corners[2]) - slack) * inverse).floor().as_ivec3();
-            let high = ((cell.corners[0].max(cell.corners[1]).max(cell.corners[2]) + slack) * inverse).floor().as_ivec3();
-            for z in low.z..=high.z {
-                for y in low.y..=high.y {
-                    for x in low.x..=high.x {
-                        visit(bucket(exponent, [x, y, z], buckets));
-                    }
-                }
-            }
-        };
-        for (cell, &exponent) in self.cells.iter().zip(&exponents) {
-            boxes(cell, exponent, &mut |bucket| counts[bucket + 1] += 1);
-        }
-        for k in 1..counts.len() {
-            counts[k] += counts[k - 1];
-        }
-        let mut entries = vec![0_u32; counts[buckets] as usize];
-        let mut next = counts.clone();
-        for (number, (cell, &exponent)) in self.cells.iter().zip(&exponents).enumerate() {
-            boxes(cell, exponent, &mut |bucket| {
-                entries[next[bucket] as usize] = number as u32;
-                next[bucket] += 1;
-            });
-        }
-        (self.starts, self.entries) = (counts, entries);
+        Self { columns, rows, valid, seen, areas, cells, bvh }
     }
 
     /// Calls `visit` with pixel and weight for every triangle around a point that light reaches along `direction` and whose surface has
     /// this normal. A weight is a share of the pixel over an area, 1/m².
     pub fn find(&self, p: Vec3, direction: Vec3, normal: Vec3, mut visit: impl FnMut(u32, f32)) {
-        let buckets = self.starts.len() - 1;
         let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
-        for level in &self.levels {
-            let at = (p * level.inverse).floor().as_ivec3();
-            let bucket = bucket(level.exponent, at.to_array(), buckets);
-            let mut last = u32::MAX;
-            for &number in &self.entries[self.starts[bucket] as usize..self.starts[bucket + 1] as usize] {
-                // Two boxes of one triangle may share a bucket.
-                if number == last {
-                    continue;
-                }
-                last = number;
-                let cell = &self.cells[number as usize];
-                if cell.normal.dot(normal) > 0.5 && cell.holds(p) {
-                    visit(cell.pixel, cell.weight);
+        self.bvh.point_traverse(Vec3A::from(p), |bvh, node| {
+            let node = &bvh.nodes[node as usize];
+            for cell in &self.cells[node.first_index as usize..(node.first_index + node.prim_count) as usize] {
+                for (triangle, weight) in cell.weights.into_iter().enumerate() {
+                    if weight > 0.0 && cell.normals[triangle].dot(normal) > 0.5 && cell.holds(triangle, p) {
+                        visit(cell.pixel, weight);
+                    }
                 }
             }
-        }
+            true
+        });
     }
 }
 
-/// The bucket of a box.
-fn bucket(exponent: i32, at: [i32; 3], buckets: usize) -> usize {
-    let [x, y, z] = at.map(|c| c as u32);
-    let mixed = x.wrapping_mul(0x8da6_b343) ^ y.wrapping_mul(0xd816_3841) ^ z.wrapping_mul(0xcb1a_b31f) ^ (exponent as u32).wrapping_mul(0x9e37_79b9);
-    (mixed ^ mixed >> 15) as usize & (buckets - 1)
-}
-
 impl Cell {
-    /// Whether a point, near the plane of the triangle, is over it.
-    fn holds(&self, p: Vec3) -> bool {
-        let [a, b, c] = self.corners;
+    /// A box around the piece, with room for light that lands off its plane where the surface is curved.
+    fn bounds(&self) -> Bounds {
+        let corners = self.corners.map(Vec3A::from);
+        let (min, max) = corners.iter().fold((corners[0], corners[0]), |(min, max), &c| (min.min(c), max.max(c)));
+        let slack = Vec3A::splat(FLATNESS * (max - min).max_element()) + max.abs().max(min.abs()) * 1.0e-6;
+        Bounds::new(min - slack, max + slack)
+    }
+
+    /// Whether a point, near the plane of one of the triangles, is over it.
+    fn holds(&self, triangle: usize, p: Vec3) -> bool {
+        let [a, b, c] = [0, triangle + 1, triangle + 2].map(|k| self.corners[k]);
+        let normal = self.normals[triangle];
         let size = (b - a).abs().max_element().max((c - a).abs().max_element());
-        let inside = |from: Vec3, to: Vec3| (to - from).cross(p - from).dot(self.normal) >= 0.0;
-        (p - a).dot(self.normal).abs() <= 0.5 * size && inside(a, b) && inside(b, c) && inside(c, a)
+        let inside = |from: Vec3, to: Vec3| (to - from).cross(p - from).dot(normal) >= 0.0;
+        (p - a).dot(normal).abs() <= FLATNESS * size && inside(a, b) && inside(b, c) && inside(c, a)
     }
 }
 
@@ -253,28 +198,38 @@ struct Pixel {
 
 #[derive(Clone, Copy)]
 struct Part {
-    corners: [Vec3; 3],
-    normal: Vec3,
-    area: f32,
-    share: f32,
+    corners: [Vec3; 4],
+    normals: [Vec3; 2],
+    areas: [f32; 2],
+    /// Share of the pixel that each triangle covers.
+    half: f32,
 }
 
 impl Pixel {
-    /// Adds both triangles of a piece whose corners run around it.
+    /// Adds a piece whose corners run around it, seen from `seen_side`.
     fn whole(&mut self, quad: &[Vec3; 4], seen_side: Vec3, share: f32) {
-        for [a, b, c] in [[quad[0], quad[1], quad[2]], [quad[0], quad[2], quad[3]]] {
+        let turned = (quad[2] - quad[0]).cross(quad[3] - quad[1]).dot(seen_side) < 0.0;
+        let corners = if turned { [quad[0], quad[3], quad[2], quad[1]] } else { *quad };
+        let mut part = Part { corners, normals: [Vec3::ZERO; 2], areas: [0.0; 2], half: 0.5 * share };
+        for triangle in 0..2 {
+            let [a, b, c] = [0, triangle + 1, triangle + 2].map(|k| corners[k]);
             let cross = (b - a).cross(c - a);
             let double = cross.length();
             let longest = (b - a).length_squared().max((c - a).length_squared());
-            // Where the water folds the view, a triangle has no area to speak of.
-            if double <= 1.0e-4 * longest {
-                continue;
+            // Where the water folds the view, a triangle has no area to speak of, or lies upside down.
+            if double > 1.0e-4 * longest && cross.dot(seen_side) > 0.0 {
+                part.normals[triangle] = cross / double;
+                part.areas[triangle] = 0.5 * double;
             }
-            let normal = cross / double;
-            let turned = normal.dot(seen_side) < 0.0;
-            let corners = if turned { [a, c, b] } else { [a, b, c] };
-            self.parts.push(Part { corners, normal: if turned { -normal } else { normal }, area: 0.5 * double, share: share * 0.5 });
         }
+        if part.areas != [0.0; 2] {
+            self.parts.push(part);
+        }
+    }
+
+    /// Share of the pixel that is covered.
+    fn share(&self) -> f32 {
+        self.parts.iter().map(|part| part.areas.map(|area| if area > 0.0 { part.half } else { 0.0 })).map(|[a, b]| a + b).sum()
     }
 }
 

@@ -252,7 +252,7 @@ impl Domain {
         let center = (a + b + c) / 3.0;
         let radius = triangle.iter().fold(0.0_f32, |most, p| most.max(p.distance(center))) * 1.000_01;
         let Some(footprint) = self.footprint(center.as_dvec3(), f64::from(radius)) else { return };
-        let small = footprint.columns.1 - footprint.columns.0 <= 1.0 && footprint.rows.1 - footprint.rows.0 <= 1.0;
+        let small = footprint.columns.1 - footprint.columns.0 <= 2.0 && footprint.rows.1 - footprint.rows.0 <= 2.0;
         if small || depth == MAX_DEPTH {
             let (first, last) = (footprint.rows.0.floor().max(0.0), footprint.rows.1.floor().min(f64::from(CELLS) - 1.0));
             let (left, right) = (footprint.columns.0.floor() as i64, footprint.columns.1.floor() as i64);

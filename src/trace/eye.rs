@@ -10,7 +10,7 @@ use crate::math::vector::v3;
 use crate::scene::{Camera, Scene};
 
 use super::media::Place;
-use super::water::{Rays, WaterSurface, };
+use super::water::{Rays, WaterSurface};
 use super::world::{NONE, Surface, World};
 
 /// Most times that a ray meets the water.

@@ -76,6 +76,14 @@ pub(super) struct Travel<'a> {
     pub batch_photons: u32,
 }
 
+impl Travel<'_> {
+    /// A number uniform in `[0, 1)` for each photon and surface: below the reflectance, the photon is reflected.
+    #[inline(always)]
+    fn choice(&self, number: u32, events: u32) -> f32 {
+        unit_from_bits(rng3(self.seed ^ STREAM_CHOICE, self.batch.wrapping_mul(0x9e37_79b9) ^ events, number)[0])
+    }
+}
+
 /// What came of a chunk of photons.
 #[derive(Default)]
 pub(super) struct Arrivals {
@@ -109,8 +117,9 @@ struct Lanewise {
     direction: [[f32; WAVE]; 3],
     /// 1 above the water, −1 below, 0 inside glass.
     side: [f32; WAVE],
-    /// Uniform in `[0, 1)`, drawn anew for every surface.
-    choice: [f32; WAVE],
+    /// Number of the photon in its batch, and of surfaces it has met.
+    number: [u32; WAVE],
+    events: [u32; WAVE],
     /// Distance to the water.
     t: [f32; WAVE],
     /// Normal of the water there, towards the photon.
@@ -136,7 +145,8 @@ impl Scratch {
             origin: [[0.0; WAVE]; 3],
             direction: [[0.0; WAVE]; 3],
             side: [0.0; WAVE],
-            choice: [0.0; WAVE],
+            number: [0; WAVE],
+            events: [0; WAVE],
             t: [0.0; WAVE],
             normal: [[0.0; WAVE]; 3],
             onward: [[0.0; WAVE]; 3],
@@ -184,6 +194,7 @@ fn begin(travel: &Travel<'_>, starts: &[Start], first: u32, scratch: &mut Scratc
             wet,
             specular: false,
         });
+        (scratch.lanes.number[lane], scratch.lanes.events[lane]) = (first + lane as u32, 0);
         scratch.lanes.put(lane, start.origin, start.direction, if wet { -1.0 } else { 1.0 });
     }
 }
@@ -206,12 +217,8 @@ fn vector(lanes: &[[f32; WAVE]; 3], lane: usize) -> Vec3 {
 fn step(travel: &Travel<'_>, scratch: &mut Scratch, arrivals: &mut Arrivals) {
     let Scratch { lanes, memory, flux, .. } = scratch;
     let count = memory.len();
-    for (lane, photon) in memory.iter().enumerate() {
-        let [bits, ..] = rng3(travel.seed ^ STREAM_CHOICE, travel.batch.wrapping_mul(0x9e37_79b9) ^ photon.events, photon.number);
-        lanes.choice[lane] = unit_from_bits(bits);
-    }
     match travel.water {
-        Some(water) => water.over(StepWater { level: travel.level, water, ior: travel.water_ior, lanes, count }),
+        Some(water) => water.over(StepWater { travel, water, lanes, count }),
         None => lanes.t[..count].fill(f32::INFINITY),
     }
     let mut kept = 0;
@@ -227,6 +234,7 @@ fn step(travel: &Travel<'_>, scratch: &mut Scratch, arrivals: &mut Arrivals) {
                 _ => 0.0,
             };
             lanes.put(kept, origin, direction, side);
+            (lanes.number[kept], lanes.events[kept]) = (photon.number, photon.events);
             memory[kept] = photon;
             flux[kept] = left;
             kept += 1;
@@ -238,9 +246,8 @@ fn step(travel: &Travel<'_>, scratch: &mut Scratch, arrivals: &mut Arrivals) {
 
 /// Meets the first `count` photons of a wave with the water and says what it would do to them.
 struct StepWater<'a> {
-    level: Level,
+    travel: &'a Travel<'a>,
     water: &'a WaterSurface,
-    ior: f32,
     lanes: &'a mut Lanewise,
     count: usize,
 }
@@ -249,19 +256,19 @@ impl OverHeights for StepWater<'_> {
     type Output = ();
 
     fn run<H: Heights>(self, heights: &H) {
-        let Self { level, water, ior, lanes, count } = self;
-        wide_dispatch!(level, simd => wide_water(simd, water, heights, ior, lanes, count), {
+        let Self { travel, water, lanes, count } = self;
+        wide_dispatch!(travel.level, simd => wide_water(simd, travel, water, heights, lanes, count), {
             for lane in 0..count {
-                water_lanes::<f32, H>((), water, heights, ior, lanes, lane);
+                water_lanes::<f32, H>((), travel, water, heights, lanes, lane);
             }
         });
     }
 }
 
 #[simd]
-fn wide_water<S: Simd, H: Heights>(simd: S, water: &WaterSurface, heights: &H, ior: f32, lanes: &mut Lanewise, count: usize) {
+fn wide_water<S: Simd, H: Heights>(simd: S, travel: &Travel<'_>, water: &WaterSurface, heights: &H, lanes: &mut Lanewise, count: usize) {
     for first in (0..count).step_by(16) {
-        water_lanes::<f32x16<S>, H>(simd, water, heights, ior, lanes, first);
+        water_lanes::<f32x16<S>, H>(simd, travel, water, heights, lanes, first);
     }
 }
 
@@ -280,9 +287,9 @@ fn store3<L: Lanes>(v: V3<L>, lanes: &mut [[f32; WAVE]; 3], first: usize) {
 #[inline(always)]
 fn water_lanes<L: Lanes, H: Heights>(
     token: L::Token,
+    travel: &Travel<'_>,
     water: &WaterSurface,
     heights: &H,
-    ior: f32,
     lanes: &mut Lanewise,
     first: usize,
 ) {
@@ -294,6 +301,11 @@ fn water_lanes<L: Lanes, H: Heights>(
     if !crossing.t.lt(side.like(f32::INFINITY)).any() {
         return;
     }
+    let mut choice = [0.0_f32; 16];
+    for (lane, choice) in choice.iter_mut().enumerate().take(L::LEN) {
+        *choice = travel.choice(lanes.number[first + lane], lanes.events[first + lane]);
+    }
+    let ior = travel.water_ior;
     // Against the photon. A smooth normal of a mesh may lean away from grazing light; then light grazes.
     let up = side.gt(side.like(0.0));
     let normal = V3::select(up, crossing.normal, -crossing.normal);
@@ -303,7 +315,7 @@ fn water_lanes<L: Lanes, H: Heights>(
     let reflectance = L::select(up, from_air, from_water);
     let (into_water, _) = refract(direction, normal, 1.0 / ior);
     let (into_air, _) = refract(direction, normal, ior);
-    let bounced = L::load(token, &lanes.choice[first..]).lt(reflectance);
+    let bounced = L::load(token, &choice).lt(reflectance);
     let onward = V3::select(bounced, reflect(direction, normal), V3::select(up, into_water, into_air));
     store3(normal, &mut lanes.normal, first);
     store3(onward.normalize(), &mut lanes.onward, first);
@@ -322,7 +334,12 @@ impl One<'_, '_> {
     /// Goes to the next surface and through what it does; the new origin and direction, or `None` at the end.
     fn step(&mut self, origin: Vec3, direction: Vec3, lanes: &Lanewise, lane: usize) -> Option<(Vec3, Vec3)> {
         let to_water = lanes.t[lane];
-        let hit = self.travel.world.nearest(origin, direction, to_water, self.photon.skip);
+        let world = self.travel.world;
+        let hit = if to_water < f32::INFINITY && !self.photon.wet {
+            world.nearest_above_water(origin, direction, to_water, self.photon.skip)
+        } else {
+            world.nearest(origin, direction, to_water, self.photon.skip)
+        };
         let length = hit.map_or(to_water, |hit| hit.t);
         self.cross(origin, direction, length);
         if self.flux == Vec3::ZERO {
@@ -347,7 +364,7 @@ impl One<'_, '_> {
                         return None;
                     }
                     Surface::Mirror(reflectance) => self.mirror(p, direction, hit.triangle, reflectance),
-                    Surface::Glass { .. } => self.glass(p, direction, hit.triangle, object, lanes.choice[lane]),
+                    Surface::Glass { .. } => self.glass(p, direction, hit.triangle, object),
                 }
             }
         };
@@ -412,14 +429,8 @@ impl One<'_, '_> {
     fn smoke_beam(&mut self, smoke: &SmokeBox, ray: Ray, length: f32) {
         if let Some((enter, leave)) = smoke.span(ray, length) {
             let key = self.photon.number ^ self.photon.events.wrapping_mul(0x85eb_ca6b);
-            let beam = Beam {
-                origin: ray.at(enter),
-                direction: ray.direction,
-                length: leave - enter,
-                flux: self.flux,
-                place: Place::Air,
-                key,
-            };
+            let beam =
+                Beam { origin: ray.at(enter), direction: ray.direction, length: leave - enter, flux: self.flux, place: Place::Air, key };
             self.arrivals.beams.push(beam);
         }
     }
@@ -483,7 +494,7 @@ impl One<'_, '_> {
         (lifted(p, face), onward)
     }
 
-    fn glass(&mut self, p: Vec3, direction: Vec3, triangle: u32, object: u32, choice: f32) -> (Vec3, Vec3) {
+    fn glass(&mut self, p: Vec3, direction: Vec3, triangle: u32, object: u32) -> (Vec3, Vec3) {
         let world = self.travel.world;
         let outward = world.face_normal(triangle);
         let entering = direction.dot(outward) < 0.0;
@@ -499,6 +510,7 @@ impl One<'_, '_> {
         let here = self.index_here(None);
         let there = if entering { self.travel.glass_ior[object as usize] } else { self.index_here(Some((object, p))) };
         let here = if entering { here } else { self.travel.glass_ior[object as usize] };
+        let choice = self.travel.choice(self.photon.number, self.photon.events);
         let bounced = choice < fresnel_reflectance(-direction.dot(normal), here, there);
         let mut onward = if bounced { reflected(direction, normal) } else { refracted(direction, normal, here / there) };
         let onto = if bounced { face } else { -face };

@@ -58,7 +58,11 @@ impl Tracer {
         let expected = self.fingerprint();
         if header.fingerprint != expected {
             let hex = |value: u64| format!("{value:016x}");
-            return Err(TraceError::OtherState { what: "the digest of scene and options", found: hex(header.fingerprint), expected: hex(expected) });
+            return Err(TraceError::OtherState {
+                what: "the digest of scene and options",
+                found: hex(header.fingerprint),
+                expected: hex(expected),
+            });
         }
         if header.sum != check_sum(body) {
             return Err(TraceError::BadState("its check sum is wrong"));

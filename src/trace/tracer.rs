@@ -88,8 +88,8 @@ pub(super) struct Run {
 impl Tracer {
     /// Loads meshes, finds out where photons must go, and lays the picture over what it shows.
     pub fn new(scene: &Scene, options: &TraceOptions) -> Result<Self, TraceError> {
-        let world = World::new(scene)?;
         let water = WaterSurface::new(scene);
+        let world = World::new(scene, water.as_ref().map(|water| water.level - water.rise))?;
         let mut targets: Vec<[Vec3; 3]> = world.specular_triangles().collect();
         let mut bounds = world.bounds;
         if let Some(water) = &water {
@@ -225,7 +225,8 @@ impl Tracer {
             batch_photons: self.batch_photons as u32,
         };
         let chunks = (self.batch_photons as u32).div_ceil(CHUNK);
-        let (plane_len, pixel_len) = (self.run.plane.as_ref().map_or(0, Accumulator::len), self.run.pixels.as_ref().map_or(0, Accumulator::len));
+        let (plane_len, pixel_len) =
+            (self.run.plane.as_ref().map_or(0, Accumulator::len), self.run.pixels.as_ref().map_or(0, Accumulator::len));
         let mut beams: Vec<Beam> = Vec::new();
         for round in 0..chunks.div_ceil(ROUND) {
             let range = round * ROUND..((round + 1) * ROUND).min(chunks);

@@ -1,0 +1,61 @@
+//! The files that a verb writes: their names, their kinds, and the folder they go to by default.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, bail, ensure};
+
+/// Folder of the files when no `-o` is given.
+pub const DEFAULT_FOLDER: &str = "out";
+
+/// What kind of file an output is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// A picture to look at.
+    Png,
+    /// Layers to measure.
+    Exr,
+}
+
+/// One file to write.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Output {
+    /// Where.
+    pub path: PathBuf,
+    /// What kind.
+    pub format: Format,
+}
+
+/// `out/STEM.png` and `out/STEM.exr`, STEM being the scene's name and `suffix`.
+pub fn default_outputs(scene: &Path, suffix: &str) -> anyhow::Result<Vec<Output>> {
+    let stem = scene.file_stem().with_context(|| format!("{} does not name a scene file", scene.display()))?;
+    let output = |extension: &str, format| {
+        let mut name = stem.to_owned();
+        name.push(suffix);
+        name.push(extension);
+        Output { path: Path::new(DEFAULT_FOLDER).join(name), format }
+    };
+    Ok(vec![output(".png", Format::Png), output(".exr", Format::Exr)])
+}
+
+/// The files of `-o`: known extensions, none twice.
+pub fn chosen_outputs(paths: Vec<PathBuf>) -> anyhow::Result<Vec<Output>> {
+    let mut outputs: Vec<Output> = Vec::new();
+    for path in paths {
+        let extension = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
+        let format = match extension.as_deref() {
+            Some("png") => Format::Png,
+            Some("exr") => Format::Exr,
+            _ => bail!("cannot tell from its name what to write to {}; a file ends in .png or .exr", path.display()),
+        };
+        ensure!(outputs.iter().all(|output| output.path != path), "-o names {} twice", path.display());
+        outputs.push(Output { path, format });
+    }
+    Ok(outputs)
+}
+
+/// Makes the default folder unless it is there.
+pub fn make_default_folder() -> anyhow::Result<()> {
+    fs::create_dir_all(DEFAULT_FOLDER).with_context(|| format!("cannot make the folder {DEFAULT_FOLDER}"))
+}

@@ -1,0 +1,339 @@
+//! `nephroid trace`: the ground truth of a scene, with its errors.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::Context as _;
+use serde::Serialize;
+
+use crate::cli::args::{self, ImageSize, Setting};
+use crate::cli::files::{self, Format, Output};
+use crate::cli::progress::Progress;
+use crate::cli::{Outcome, interrupt, output, renderer};
+use crate::image::{Layer, LayerSet, ToneMap, file, openexr, png};
+use crate::trace::{Measured, TraceOptions, Tracer};
+
+/// Photons where nothing says when to stop.
+const DEFAULT_PHOTONS: u64 = 50_000_000;
+
+/// Time between two looks at the noise, and between two copies of the state.
+const LOOK: Duration = Duration::from_secs(1);
+const KEEP: Duration = Duration::from_secs(60);
+
+/// Share of the pixels that the picture shows without compression.
+const EXPOSED: f64 = 0.98;
+
+/// The arguments as typed.
+#[derive(Debug, clap::Args)]
+pub struct LowArgs {
+    /// The scene file (RON)
+    scene: PathBuf,
+
+    /// Stop after this many photons, rounded up to whole batches; `k`, `M` and `G` are understood [default: 50M, unless --time-limit or --error says when to stop]
+    #[arg(long, value_name = "N", value_parser = args::large_count)]
+    photons: Option<u64>,
+
+    /// Stop after this many seconds; where, depends on the machine
+    #[arg(long, value_name = "SECONDS", value_parser = args::time_limit)]
+    time_limit: Option<f64>,
+
+    /// Stop when the noise is below this: root mean square of the pixels' standard errors over the mean irradiance
+    #[arg(long, value_name = "SHARE", value_parser = args::share)]
+    error: Option<f64>,
+
+    /// Which of the random sequences
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u32,
+
+    /// Also measure the light that media scatter towards the camera: the layer `godrays`
+    #[arg(long)]
+    volume: bool,
+
+    /// Change a value of the scene; may be repeated, the last one wins
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = args::setting)]
+    settings: Vec<Setting>,
+
+    /// Image size in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = args::image_size)]
+    size: Option<ImageSize>,
+
+    /// The moment shown, in seconds since the water was started [default: the scene's]
+    #[arg(long, value_name = "SECONDS", value_parser = args::seconds, allow_hyphen_values = true)]
+    time: Option<f32>,
+
+    /// Number of threads; the result does not depend on it [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(args::MAX_THREADS)))]
+    threads: Option<u16>,
+
+    /// Go on where an interrupted run with the same arguments stopped
+    #[arg(long)]
+    resume: bool,
+
+    /// File to write, .exr for the layers or .png for a picture of the irradiance; may be repeated [default: both, in out/]
+    #[arg(short, long = "output", value_name = "FILE")]
+    outputs: Vec<PathBuf>,
+
+    /// Print the results as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The arguments as meant.
+#[derive(Debug)]
+pub struct HiArgs {
+    low: LowArgs,
+    outputs: Vec<Output>,
+    default_folder: bool,
+    /// Where the state of an unfinished run is kept.
+    state: PathBuf,
+    photons: u64,
+}
+
+impl HiArgs {
+    /// Resolves the arguments. Reads nothing and writes nothing.
+    pub fn resolve(mut low: LowArgs) -> anyhow::Result<Self> {
+        let default_folder = low.outputs.is_empty();
+        let chosen = std::mem::take(&mut low.outputs);
+        let outputs = if default_folder { files::default_outputs(&low.scene, ".truth")? } else { files::chosen_outputs(chosen)? };
+        let endless = low.time_limit.is_some() || low.error.is_some();
+        let photons = low.photons.unwrap_or(if endless { u64::MAX } else { DEFAULT_PHOTONS });
+        let state = state_path(&outputs.last().context("there is no file to write")?.path);
+        Ok(Self { low, outputs, default_folder, state, photons })
+    }
+}
+
+/// `FILE.state`, beside the file.
+fn state_path(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".state");
+    path.with_file_name(name)
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    files: Vec<String>,
+    finished: bool,
+    photons: u64,
+    batches: u64,
+    seed: u32,
+    noise: f64,
+    energy_w: serde_json::Map<String, serde_json::Value>,
+    imbalance: f64,
+    counters: serde_json::Map<String, serde_json::Value>,
+    seconds: f64,
+}
+
+/// Traces, writes every file, and reports.
+pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
+    interrupt::install_patient()?;
+    let start = Instant::now();
+    let low = &args.low;
+    let scene = renderer::load(&low.scene, None, low.size, low.time, &low.settings)?;
+    if args.default_folder {
+        files::make_default_folder()?;
+    }
+    args.outputs.iter().try_for_each(|output| file::check_writable(&output.path))?;
+    let pool =
+        rayon::ThreadPoolBuilder::new().num_threads(low.threads.map_or(0, usize::from)).build().context("cannot start the threads")?;
+    let options = TraceOptions { seed: low.seed, camera: true, volume: low.volume, ..TraceOptions::default() };
+    let mut tracer = pool.install(|| Tracer::new(&scene, &options))?;
+    if low.resume {
+        let bytes = fs::read(&args.state)
+            .with_context(|| format!("cannot read {}, which an interrupted run would have left", args.state.display()))?;
+        tracer.restore(&bytes).with_context(|| format!("cannot go on from {}", args.state.display()))?;
+    }
+    let finished = pool.install(|| trace(args, &mut tracer, start))?;
+    pool.install(|| -> anyhow::Result<()> {
+        let layers = layers(&tracer)?;
+        for output in &args.outputs {
+            let bytes = encode(&layers, output)?;
+            interrupt::uninterrupted(|| file::write_atomically(&output.path, &bytes))?;
+        }
+        Ok(())
+    })?;
+    if finished {
+        match fs::remove_file(&args.state) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                return Err(error).with_context(|| format!("cannot remove {}", args.state.display()));
+            }
+            _ => {}
+        }
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    if low.json {
+        output::json(&report(args, &tracer, finished, seconds))?;
+    } else {
+        output::text(&summary(args, &tracer, finished, seconds))?;
+    }
+    Ok(if finished { Outcome::Done } else { Outcome::Interrupted })
+}
+
+/// Sends batches until it is enough; whether it was, or an interrupt came first. The state is kept every minute, and at an interrupt.
+fn trace(args: &HiArgs, tracer: &mut Tracer, start: Instant) -> anyhow::Result<bool> {
+    let progress = Progress::new(if args.photons == u64::MAX { 0 } else { args.photons / 1000 });
+    let limit = args.low.time_limit.map(Duration::from_secs_f64);
+    let (mut looked, mut kept) = (start, Instant::now());
+    let keep = |tracer: &Tracer| {
+        interrupt::uninterrupted(|| file::write_atomically(&args.state, &tracer.state())).context("cannot keep the state of the run")
+    };
+    while tracer.photons() < args.photons {
+        if interrupt::is_asked() {
+            keep(tracer)?;
+            return Ok(false);
+        }
+        if limit.is_some_and(|limit| start.elapsed() >= limit) {
+            break;
+        }
+        tracer.run_batch();
+        progress.reach(tracer.photons() / 1000);
+        if looked.elapsed() >= LOOK || args.low.error.is_some() && tracer.batches().is_power_of_two() {
+            let noise = tracer.noise();
+            progress.step(format!("thousand photons, noise {:.2} %", noise * 100.0));
+            if args.low.error.is_some_and(|error| noise <= error) {
+                break;
+            }
+            looked = Instant::now();
+        }
+        if kept.elapsed() >= KEEP {
+            keep(tracer)?;
+            kept = Instant::now();
+        }
+    }
+    Ok(true)
+}
+
+/// What was measured, as layers: means, and under the same name with `_error` their standard errors.
+fn layers(tracer: &Tracer) -> anyhow::Result<LayerSet> {
+    let mut set = LayerSet::new();
+    let mut push = |name: &str, measured: Option<Measured>| -> anyhow::Result<()> {
+        let Some(measured) = measured else { return Ok(()) };
+        let plane = |values: &[[f64; 3]]| values.iter().map(|v| v.map(|c| c as f32)).collect::<Vec<_>>();
+        let (columns, rows) = (measured.columns, measured.rows);
+        set.push(Layer::from_pixels(name, columns, rows, &plane(&measured.mean))?)?;
+        set.push(Layer::from_pixels(&format!("{name}_error"), columns, rows, &plane(&measured.standard_error))?)?;
+        if let Some(valid) = &measured.valid {
+            let mask: Vec<[f32; 1]> = valid.iter().map(|&v| [f32::from(u8::from(v))]).collect();
+            set.push(Layer::from_pixels(&format!("{name}_valid"), columns, rows, &mask)?)?;
+        }
+        Ok(())
+    };
+    push("caustic_irradiance", tracer.pixels())?;
+    push("godrays", tracer.volume())?;
+    push("plane", tracer.plane())?;
+    if let Some(points) = tracer.pixel_points() {
+        let (columns, rows) = (tracer.scene().image.width, tracer.scene().image.height);
+        let of = |value: fn(&(glam::Vec3, glam::Vec3)) -> glam::Vec3| {
+            points.iter().map(|p| p.as_ref().map_or([0.0; 3], |p| value(p).to_array())).collect::<Vec<_>>()
+        };
+        set.push(Layer::from_pixels("position", columns, rows, &of(|p| p.0))?)?;
+        set.push(Layer::from_pixels("normal", columns, rows, &of(|p| p.1))?)?;
+    }
+    Ok(set)
+}
+
+/// The bytes of one file.
+fn encode(layers: &LayerSet, output: &Output) -> anyhow::Result<Vec<u8>> {
+    let cannot = || format!("cannot make {}", output.path.display());
+    match output.format {
+        Format::Exr => openexr::encode(layers).with_context(cannot),
+        Format::Png => {
+            let picture = layers.get("caustic_irradiance").context("there is no irradiance to show").with_context(cannot)?;
+            png::encode(picture, &exposure(picture)).with_context(cannot)
+        }
+    }
+}
+
+/// An exposure at which all but the brightest few pixels with any light are shown as they are.
+fn exposure(picture: &Layer) -> ToneMap {
+    let planes = picture.planes();
+    let brightest = |k: usize| planes.iter().map(|plane| plane.pixels()[k]).fold(0.0, f32::max);
+    let mut values: Vec<f32> = (0..planes[0].pixels().len()).map(brightest).filter(|&v| v > 0.0).collect();
+    if values.is_empty() {
+        return ToneMap::with_stops(0.0);
+    }
+    values.sort_by(f32::total_cmp);
+    let value = values[((values.len() - 1) as f64 * EXPOSED) as usize];
+    ToneMap::with_stops(libm::log2f(0.8 / value))
+}
+
+fn report(args: &HiArgs, tracer: &Tracer, finished: bool, seconds: f64) -> Report {
+    let audit = tracer.audit();
+    Report {
+        scene: args.low.scene.display().to_string(),
+        files: args.outputs.iter().map(|output| output.path.display().to_string()).collect(),
+        finished,
+        photons: tracer.photons(),
+        batches: tracer.batches(),
+        seed: tracer.seed(),
+        noise: tracer.noise(),
+        energy_w: audit.watts(tracer.batches()).into_iter().map(|(name, watts)| (name.to_owned(), watts.into())).collect(),
+        imbalance: audit.imbalance(),
+        counters: counters(tracer).into_iter().map(|(name, count)| (name.to_owned(), count.into())).collect(),
+        seconds,
+    }
+}
+
+fn counters(tracer: &Tracer) -> Vec<(&'static str, u64)> {
+    let mut counts = tracer.audit().counts();
+    counts.push(("bodies_turned", tracer.turned_bodies()));
+    counts.retain(|(name, count)| *count > 0 || *name == "photons");
+    counts
+}
+
+fn summary(args: &HiArgs, tracer: &Tracer, finished: bool, seconds: f64) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ =
+        writeln!(text, "{}: {} photons, noise {:.3} %, {seconds:.2} s", args.low.scene.display(), tracer.photons(), tracer.noise() * 100.0);
+    if !finished {
+        let _ = writeln!(text, "interrupted; the same command with --resume goes on");
+    }
+    for output in &args.outputs {
+        let _ = writeln!(text, "  {}", output.path.display());
+    }
+    let watts: Vec<_> = tracer.audit().watts(tracer.batches()).into_iter().map(|(name, watts)| (name, format!("{watts:.6} W"))).collect();
+    text.push_str(&output::section("energy", &watts));
+    let counts: Vec<_> = counters(tracer).into_iter().map(|(name, count)| (name, count.to_string())).collect();
+    text.push_str(&output::section("counters", &counts));
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser as _;
+
+    use super::*;
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        low: LowArgs,
+    }
+
+    fn resolve(words: &[&str]) -> anyhow::Result<HiArgs> {
+        HiArgs::resolve(Line::try_parse_from(["trace"].iter().chain(words))?.low)
+    }
+
+    #[test]
+    fn files_are_named_after_the_scene_and_the_state_after_the_last() {
+        let args = resolve(&["scenes/pool.ron"]).unwrap();
+        let paths: Vec<_> = args.outputs.iter().map(|output| output.path.to_str().unwrap()).collect();
+        assert_eq!(paths, ["out/pool.truth.png", "out/pool.truth.exr"]);
+        assert_eq!(args.state, Path::new("out/pool.truth.exr.state"));
+        assert_eq!(args.photons, DEFAULT_PHOTONS);
+    }
+
+    #[test]
+    fn a_time_or_an_error_takes_the_place_of_the_default_number() {
+        assert_eq!(resolve(&["a.ron", "--time-limit", "5"]).unwrap().photons, u64::MAX);
+        assert_eq!(resolve(&["a.ron", "--error", "0.01"]).unwrap().photons, u64::MAX);
+        assert_eq!(resolve(&["a.ron", "--error", "0.01", "--photons", "3M"]).unwrap().photons, 3_000_000);
+        for words in [["a.ron", "--photons", "0"], ["a.ron", "--error", "0"], ["a.ron", "--time-limit", "-1"]] {
+            assert!(resolve(&words).is_err(), "{words:?} was accepted");
+        }
+    }
+}
