@@ -32,13 +32,23 @@ const LEAF: u32 = 4;
 /// A piece of a pixel's footprint: two triangles about one diagonal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cell {
-    /// Counter-clockwise about the normals.
-    corners: [Vec3; 4],
-    /// Unit normals of triangles (0, 1, 2) and (0, 2, 3) on the side that is seen.
-    normals: [Vec3; 2],
-    /// Share of the pixel over area, 1/m², of each triangle; 0 for one that has no area to speak of.
-    weights: [f32; 2],
+    /// The corner that both share.
+    corner: Vec3,
+    triangles: [Half; 2],
     pixel: u32,
+    /// Most that light may land off the plane, m.
+    thickness: f32,
+}
+
+/// A triangle of a piece.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Half {
+    /// Vectors whose products with an offset from the corner are the weights of the other two corners.
+    along: [Vec3; 2],
+    /// Unit normal on the side that is seen.
+    normal: Vec3,
+    /// Share of the pixel over area, 1/m²; 0 for a triangle that has no area to speak of.
+    weight: f32,
 }
 
 /// Footprints of all pixels of a picture, and an index of them by place.
@@ -119,7 +129,7 @@ impl Cells {
     }
 
     fn new(columns: u32, rows: u32, pixels: Vec<Pixel>) -> Self {
-        let mut cells = Vec::new();
+        let (mut cells, mut boxes) = (Vec::new(), Vec::new());
         let mut valid = Vec::with_capacity(pixels.len());
         let mut areas = Vec::with_capacity(pixels.len());
         for (number, pixel) in pixels.iter().enumerate() {
@@ -129,14 +139,12 @@ impl Cells {
             if share >= LEAST_SHARE {
                 for part in &pixel.parts {
                     area += f64::from(part.areas[0]) + f64::from(part.areas[1]);
-                    let weight = |area: f32| if area > 0.0 { part.half / share / area } else { 0.0 };
-                    let weights = part.areas.map(weight);
-                    cells.push(Cell { corners: part.corners, normals: part.normals, weights, pixel: number as u32 });
+                    boxes.push(part.bounds());
+                    cells.push(part.cell(number as u32, share));
                 }
             }
             areas.push(area);
         }
-        let boxes: Vec<Bounds> = cells.iter().map(Cell::bounds).collect();
         let indices = (0..boxes.len() as u32).collect();
         let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(PlocSearchDistance::VeryLow, &boxes, indices, SortPrecision::U64, 0);
         collapse(&mut bvh, LEAF, 1.0);
@@ -152,9 +160,10 @@ impl Cells {
         self.bvh.point_traverse(Vec3A::from(p), |bvh, node| {
             let node = &bvh.nodes[node as usize];
             for cell in &self.cells[node.first_index as usize..(node.first_index + node.prim_count) as usize] {
-                for (triangle, weight) in cell.weights.into_iter().enumerate() {
-                    if weight > 0.0 && cell.normals[triangle].dot(normal) > 0.5 && cell.holds(triangle, p) {
-                        visit(cell.pixel, weight);
+                let offset = p - cell.corner;
+                for half in &cell.triangles {
+                    if half.weight > 0.0 && half.holds(offset, cell.thickness) && half.normal.dot(normal) > 0.5 {
+                        visit(cell.pixel, half.weight);
                     }
                 }
             }
@@ -163,22 +172,12 @@ impl Cells {
     }
 }
 
-impl Cell {
-    /// A box around the piece, with room for light that lands off its plane where the surface is curved.
-    fn bounds(&self) -> Bounds {
-        let corners = self.corners.map(Vec3A::from);
-        let (min, max) = corners.iter().fold((corners[0], corners[0]), |(min, max), &c| (min.min(c), max.max(c)));
-        let slack = Vec3A::splat(FLATNESS * (max - min).max_element()) + max.abs().max(min.abs()) * 1.0e-6;
-        Bounds::new(min - slack, max + slack)
-    }
-
-    /// Whether a point, near the plane of one of the triangles, is over it.
-    fn holds(&self, triangle: usize, p: Vec3) -> bool {
-        let [a, b, c] = [0, triangle + 1, triangle + 2].map(|k| self.corners[k]);
-        let normal = self.normals[triangle];
-        let size = (b - a).abs().max_element().max((c - a).abs().max_element());
-        let inside = |from: Vec3, to: Vec3| (to - from).cross(p - from).dot(normal) >= 0.0;
-        (p - a).dot(normal).abs() <= FLATNESS * size && inside(a, b) && inside(b, c) && inside(c, a)
+impl Half {
+    /// Whether a point, given from the shared corner, is over the triangle and near its plane.
+    #[inline]
+    fn holds(&self, offset: Vec3, thickness: f32) -> bool {
+        let (u, v) = (offset.dot(self.along[0]), offset.dot(self.along[1]));
+        u >= 0.0 && v >= 0.0 && u + v <= 1.0 && offset.dot(self.normal).abs() <= thickness
     }
 }
 
@@ -196,6 +195,7 @@ struct Pixel {
     parts: Vec<Part>,
 }
 
+/// A piece, with its triangles (0, 1, 2) and (0, 2, 3).
 #[derive(Clone, Copy)]
 struct Part {
     corners: [Vec3; 4],
@@ -203,6 +203,37 @@ struct Part {
     areas: [f32; 2],
     /// Share of the pixel that each triangle covers.
     half: f32,
+}
+
+impl Part {
+    /// Most that light may land off the plane: curved surfaces bulge between the corners.
+    fn thickness(&self) -> f32 {
+        let [a, _, c, _] = self.corners;
+        FLATNESS * a.distance(c).max(self.corners[1].distance(self.corners[3]))
+    }
+
+    /// A box around everything that lands on the piece.
+    fn bounds(&self) -> Bounds {
+        let corners = self.corners.map(Vec3A::from);
+        let (min, max) = corners.iter().fold((corners[0], corners[0]), |(min, max), &c| (min.min(c), max.max(c)));
+        let normal = Vec3A::from(self.normals[0].abs().max(self.normals[1].abs()));
+        let slack = normal * self.thickness() + max.abs().max(min.abs()) * 1.0e-6;
+        Bounds::new(min - slack, max + slack)
+    }
+
+    /// Ready to be asked, for a pixel of which `share` is covered in all.
+    fn cell(&self, pixel: u32, share: f32) -> Cell {
+        let triangles = [0, 1].map(|k| {
+            let (normal, area) = (self.normals[k], self.areas[k]);
+            if area <= 0.0 {
+                return Half::default();
+            }
+            let (b, c) = (self.corners[k + 1] - self.corners[0], self.corners[k + 2] - self.corners[0]);
+            let scale = 1.0 / (2.0 * area);
+            Half { along: [c.cross(normal) * scale, normal.cross(b) * scale], normal, weight: self.half / share / area }
+        });
+        Cell { corner: self.corners[0], triangles, pixel, thickness: self.thickness() }
+    }
 }
 
 impl Pixel {
