@@ -6,7 +6,7 @@
 //!
 //! - L0 [`math`]
 //! - L1 [`image`], [`geom`]
-//! - L2 [`pipeline`]
+//! - L2 [`pipeline`], [`metrics`]
 //! - L3 [`frame`], [`scene`]
 //! - L4 [`passes`]
 //! - L5 [`caustics`]
@@ -22,6 +22,7 @@ pub mod geom;
 pub mod gpu;
 pub mod image;
 pub mod math;
+pub mod metrics;
 pub mod passes;
 pub mod pipeline;
 pub mod scene;
