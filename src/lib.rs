@@ -10,7 +10,7 @@
 //! - L3 [`frame`], [`scene`]
 //! - L4 [`passes`]
 //! - L5 [`caustics`]
-//! - L6 `gpu`, with the feature `wgpu`
+//! - L6 [`report`], and `gpu` with the feature `wgpu`
 //! - L7 [`cli`]
 
 pub mod caustics;
@@ -25,6 +25,7 @@ pub mod math;
 pub mod metrics;
 pub mod passes;
 pub mod pipeline;
+pub mod report;
 pub mod scene;
 
 /// The README's example compiles.
