@@ -6,11 +6,11 @@
 //!
 //! - L0 [`math`]
 //! - L1 [`image`], [`geom`]
-//! - L2 [`pipeline`]
+//! - L2 [`pipeline`], [`metrics`]
 //! - L3 [`frame`], [`scene`]
 //! - L4 [`passes`], [`trace`]
 //! - L5 [`caustics`]
-//! - L6 `gpu`, with the feature `wgpu`
+//! - L6 [`report`], and `gpu` with the feature `wgpu`
 //! - L7 [`cli`]
 
 pub mod caustics;
@@ -22,8 +22,10 @@ pub mod geom;
 pub mod gpu;
 pub mod image;
 pub mod math;
+pub mod metrics;
 pub mod passes;
 pub mod pipeline;
+pub mod report;
 pub mod scene;
 pub mod trace;
 

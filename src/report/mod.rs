@@ -1,0 +1,53 @@
+//! Pictures that explain: comparisons and plots, as PNG bytes.
+//!
+//! - [`Figure`] shows reference, result and signed difference side by side, with a colour bar and a table of numbers.
+//! - [`Plot`] draws series of points on linear or logarithmic axes, with fitted power laws.
+//!
+//! In: data and words. Out: the bytes of an 8-bit sRGB PNG; whoever asks for them writes the file. The same input gives the same bytes on any
+//! number of threads: text is a bitmap font (`noto-sans-mono-bitmap`, from Noto Sans Mono under the SIL Open Font License), lines and markers
+//! are drawn by `tiny-skia`, and no time and no name goes into a file.
+//!
+//! Text may use Latin-1, such as `m²`, `µ`, `×` and `±`; other characters become a question mark.
+
+mod canvas;
+mod colormap;
+mod figure;
+mod number;
+mod plot;
+mod text;
+
+pub use colormap::diverging;
+pub use figure::Figure;
+pub use number::number;
+pub use plot::{Plot, Scale, Series};
+
+/// Why a picture cannot be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// The picture would be too large to hold, or too small for what it has to show.
+    #[error("a picture of {width}x{height} pixels cannot be drawn; {allowed}")]
+    Size {
+        /// Width needed or asked for, in pixels.
+        width: u64,
+        /// Height needed or asked for, in pixels.
+        height: u64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// There is nothing to plot.
+    #[error("no series has a point; a plot needs at least 1")]
+    NoPoints,
+    /// A point has no place on its axes.
+    #[error("series `{series}` has the point ({x}, {y}); coordinates must be finite, and above 0 on a logarithmic axis")]
+    BadPoint {
+        /// Name of the series.
+        series: String,
+        /// First coordinate.
+        x: f64,
+        /// Second coordinate.
+        y: f64,
+    },
+    /// The encoder refused the picture.
+    #[error("the picture cannot be encoded as PNG")]
+    Encode(#[from] png::EncodingError),
+}
