@@ -34,8 +34,9 @@ const WAVE: usize = 512;
 /// Bodies of glass that can overlap at one place.
 const NESTING: usize = 4;
 
-/// New rays start this far off a surface, as a share of their coordinates, on the side they go to.
-const LIFT: f32 = 1.0e-6;
+/// New rays start this far off a surface, as a share of their coordinates, on the side they go to: as much as rounding can have put them on
+/// the other. More would push those that start near an edge through the next triangle.
+const LIFT: f32 = 1.2e-7;
 
 /// Keeps the choices between refraction and reflection apart from all other random numbers.
 const STREAM_CHOICE: u32 = 0xf2e5_0000;
@@ -357,6 +358,7 @@ impl One<'_, '_> {
             None => self.water(p, lanes, lane),
             Some(hit) => {
                 self.photon.skip = hit.triangle;
+                let p = world.onto(hit.triangle, p, direction);
                 let object = self.travel.world.object(hit.triangle);
                 match self.travel.world.surfaces[object as usize] {
                     Surface::Diffuse => {
@@ -566,7 +568,7 @@ fn facing(normal: Vec3, direction: Vec3) -> Vec3 {
 
 /// A point moved off its surface, so that rounding cannot leave it behind.
 fn lifted(p: Vec3, normal: Vec3) -> Vec3 {
-    p + normal * (LIFT * (p.abs().max_element() + 0.1))
+    p + normal * (LIFT * p.abs().max_element())
 }
 
 fn to_v3(v: Vec3) -> V3<f32> {

@@ -16,7 +16,8 @@ use super::error::TraceError;
 /// Most triangles: the hierarchy names them by 32 bits, and keeps some for itself.
 const MAX_TRIANGLES: usize = 1 << 27;
 
-/// Boxes of triangles are enlarged by this share of their coordinates, so that rounding in the test of a box loses no hit.
+/// Boxes of triangles are enlarged by this share of the size of the scene: rounding moves a ray against a triangle by less, so that no
+/// triangle that a ray meets is culled with its box.
 const BOX_SLACK: f32 = 1.0e-6;
 
 /// No triangle, or no object.
@@ -148,7 +149,8 @@ impl World {
     /// Builds the hierarchies, and puts triangles in the order of the first.
     fn build(&mut self, lowest_water: Option<f32>) {
         let all: Vec<u32> = (0..self.triangles.len() as u32).collect();
-        if let Some(mut tree) = Tree::new(&self.triangles, all) {
+        let slack = self.bounds.size().length() * BOX_SLACK;
+        if let Some(mut tree) = Tree::new(&self.triangles, all, slack) {
             self.triangles = tree.numbers.iter().map(|&number| self.triangles[number as usize]).collect();
             tree.numbers.clear();
             self.all = Some(tree);
@@ -156,7 +158,7 @@ impl World {
         if let Some(y) = lowest_water {
             let above = |t: &Triangle| t.a.y.max(t.b.y).max(t.c.y) >= y;
             let numbers = (0..self.triangles.len() as u32).filter(|&k| above(&self.triangles[k as usize])).collect();
-            self.dry = Tree::new(&self.triangles, numbers);
+            self.dry = Tree::new(&self.triangles, numbers, slack);
         }
     }
 
@@ -164,10 +166,10 @@ impl World {
     #[inline]
     pub fn nearest(&self, origin: Vec3, direction: Vec3, limit: f32, skip: u32) -> Option<Hit> {
         let tree = self.all.as_ref()?;
-        let (o, d) = (Vec3A::from(origin), Vec3A::from(direction));
+        let probe = Probe::new(origin, direction);
         let mut hit = RayHit::none();
-        tree.bvh.ray_traverse(Ray::new(o, d, 0.0, limit), &mut hit, |ray, index| {
-            if index as u32 == skip { f32::INFINITY } else { self.triangles[index].meet(o, d, ray.tmax) }
+        tree.bvh.ray_traverse(Ray::new(probe.origin, probe.direction, 0.0, limit), &mut hit, |ray, index| {
+            if index as u32 == skip { f32::INFINITY } else { self.triangles[index].meet(&probe, ray.tmax) }
         });
         (hit.primitive_id != NONE).then_some(Hit { t: hit.t, triangle: hit.primitive_id })
     }
@@ -176,11 +178,11 @@ impl World {
     #[inline]
     pub fn nearest_above_water(&self, origin: Vec3, direction: Vec3, limit: f32, skip: u32) -> Option<Hit> {
         let tree = self.dry.as_ref()?;
-        let (o, d) = (Vec3A::from(origin), Vec3A::from(direction));
+        let probe = Probe::new(origin, direction);
         let mut hit = RayHit::none();
-        tree.bvh.ray_traverse(Ray::new(o, d, 0.0, limit), &mut hit, |ray, index| {
+        tree.bvh.ray_traverse(Ray::new(probe.origin, probe.direction, 0.0, limit), &mut hit, |ray, index| {
             let number = tree.numbers[index];
-            if number == skip { f32::INFINITY } else { self.triangles[number as usize].meet(o, d, ray.tmax) }
+            if number == skip { f32::INFINITY } else { self.triangles[number as usize].meet(&probe, ray.tmax) }
         });
         (hit.primitive_id != NONE).then(|| Hit { t: hit.t, triangle: tree.numbers[hit.primitive_id as usize] })
     }
@@ -188,6 +190,14 @@ impl World {
     /// Number of the object that a triangle belongs to.
     pub fn object(&self, triangle: u32) -> u32 {
         self.triangles[triangle as usize].object
+    }
+
+    /// A point on a ray, moved along it into the plane of a triangle: far from the ray's origin, rounding leaves it beside.
+    pub fn onto(&self, triangle: u32, p: Vec3, direction: Vec3) -> Vec3 {
+        let t = &self.triangles[triangle as usize];
+        let normal = Vec3::from((t.b - t.a).cross(t.c - t.a));
+        let step = (Vec3::from(t.a) - p).dot(normal) / normal.dot(direction);
+        if step.abs() < 1.0e-4 { p + direction * step } else { p }
     }
 
     /// Unit normal of a triangle's plane, out of the surface; zero for a triangle without area.
@@ -252,11 +262,11 @@ impl World {
 
 impl Tree {
     /// Builds the hierarchy over some of the triangles; `None` over none.
-    fn new(triangles: &[Triangle], numbers: Vec<u32>) -> Option<Self> {
+    fn new(triangles: &[Triangle], numbers: Vec<u32>, slack: f32) -> Option<Self> {
         if numbers.is_empty() {
             return None;
         }
-        let boxes: Vec<Bounds> = numbers.iter().map(|&number| triangles[number as usize].bounds()).collect();
+        let boxes: Vec<Bounds> = numbers.iter().map(|&number| triangles[number as usize].bounds(slack)).collect();
         let indices = (0..boxes.len() as u32).collect();
         let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(PlocSearchDistance::Low, &boxes, indices, SortPrecision::U64, 0);
         ReinsertionOptimizer::default().run(&mut bvh, 0.05, None);
@@ -266,30 +276,49 @@ impl Tree {
     }
 }
 
+/// A ray with two directions across it.
+struct Probe {
+    origin: Vec3A,
+    direction: Vec3A,
+    across: [Vec3A; 2],
+}
+
+impl Probe {
+    #[inline]
+    fn new(origin: Vec3, direction: Vec3) -> Self {
+        let (x, y) = direction.any_orthonormal_pair();
+        Self { origin: origin.into(), direction: direction.into(), across: [x.into(), y.into()] }
+    }
+}
+
 impl Triangle {
     /// A box around the triangle, a little larger.
-    fn bounds(&self) -> Bounds {
-        let (min, max) = (self.a.min(self.b).min(self.c), self.a.max(self.b).max(self.c));
-        let slack = (min.abs().max(max.abs()) + Vec3A::splat(1.0e-3)) * BOX_SLACK;
-        Bounds::new(min - slack, max + slack)
+    fn bounds(&self, slack: f32) -> Bounds {
+        let slack = Vec3A::splat(slack);
+        Bounds::new(self.a.min(self.b).min(self.c) - slack, self.a.max(self.b).max(self.c) + slack)
     }
 
     /// Distance at which a ray meets the triangle, from either side, within `(0, limit)`; infinity if it does not.
     ///
-    /// The ray passes its edges on sides given by `d · (p × q)` of their ends seen from the origin. Two triangles of one edge compute that
-    /// from the same numbers up to the sign, so that no ray slips through between them [Davis & Kaplan 1976; Woop et al. 2013].
+    /// Seen along the ray, the triangle is flat and the ray a point; it is inside if it lies on one side of all edges. Two triangles of one
+    /// edge compute its side from the same numbers up to the sign, so that no ray slips through between them [Woop et al. 2013].
+    /// Coordinates are measured from the ray, so that small triangles far from its origin keep their digits.
     #[inline]
-    fn meet(&self, o: Vec3A, d: Vec3A, limit: f32) -> f32 {
-        let (a, b, c) = (self.a - o, self.b - o, self.c - o);
-        let u = d.dot(c.cross(b));
-        let v = d.dot(a.cross(c));
-        let w = d.dot(b.cross(a));
+    fn meet(&self, probe: &Probe, limit: f32) -> f32 {
+        let [x, y] = probe.across;
+        let (a, b, c) = (self.a - probe.origin, self.b - probe.origin, self.c - probe.origin);
+        let (ax, ay) = (a.dot(x), a.dot(y));
+        let (bx, by) = (b.dot(x), b.dot(y));
+        let (cx, cy) = (c.dot(x), c.dot(y));
+        let u = bx * cy - by * cx;
+        let v = cx * ay - cy * ax;
+        let w = ax * by - ay * bx;
         let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
         if !inside {
             return f32::INFINITY;
         }
         let normal = (self.b - self.a).cross(self.c - self.a);
-        let t = normal.dot(a) / normal.dot(d);
+        let t = normal.dot(a) / normal.dot(probe.direction);
         if t > 0.0 && t < limit { t } else { f32::INFINITY }
     }
 }
