@@ -9,6 +9,7 @@
 //! Files are written whole or not at all, also when the program is interrupted.
 
 mod args;
+mod compare;
 mod crosscheck;
 mod drivers;
 mod files;
@@ -52,6 +53,8 @@ pub enum Command {
     Crosscheck(Box<crosscheck::LowArgs>),
     /// Trace photons through a scene: what the techniques are judged by
     Trace(Box<trace::LowArgs>),
+    /// Compare two pictures, or techniques with the ground truth of a scene
+    Compare(Box<compare::LowArgs>),
     /// List the techniques, the scenes in a folder, the drivers, or what --set can change
     List(list::LowArgs),
 }
@@ -101,6 +104,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Render(low) => render::HiArgs::resolve(*low).and_then(|args| render::run(&args)).map(|()| Outcome::Done),
         Command::Crosscheck(low) => crosscheck::HiArgs::resolve(*low).and_then(|args| crosscheck::run(&args)),
         Command::Trace(low) => trace::HiArgs::resolve(*low).and_then(|args| trace::run(&args)),
+        Command::Compare(low) => compare::HiArgs::resolve(*low).and_then(|args| compare::run(&args)),
         Command::List(low) => list::run(&low).map(|()| Outcome::Done),
     };
     match result {

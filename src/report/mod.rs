@@ -1,6 +1,7 @@
 //! Pictures that explain: comparisons and plots, as PNG bytes.
 //!
 //! - [`Figure`] shows reference, result and signed difference side by side, with a colour bar and a table of numbers.
+//! - [`judge()`] takes every measure of the table [`MEASURES`] of a pair of pictures.
 //! - [`Plot`] draws series of points on linear or logarithmic axes, with fitted power laws.
 //!
 //! In: data and words. Out: the bytes of an 8-bit sRGB PNG; whoever asks for them writes the file. The same input gives the same bytes on any
@@ -12,12 +13,14 @@
 mod canvas;
 mod colormap;
 mod figure;
+mod judge;
 mod number;
 mod plot;
 mod text;
 
 pub use colormap::diverging;
 pub use figure::Figure;
+pub use judge::{Better, Judged, MEASURES, Measure, REL_MSE_FLOOR, Verdict, Z_TEST_LEVEL, judge, measure};
 pub use number::number;
 pub use plot::{Plot, Scale, Series};
 

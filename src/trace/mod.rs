@@ -33,4 +33,4 @@ pub use audit::Audit;
 pub use cells::Points;
 pub use error::TraceError;
 pub use statistics::Measured;
-pub use tracer::{TraceOptions, Tracer};
+pub use tracer::{TraceOptions, Tracer, camera_points};

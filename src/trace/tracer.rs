@@ -19,7 +19,7 @@ use super::plane::Plane;
 use super::spectrum::{Wavelengths, index_at};
 use super::statistics::{Accumulator, Measured, Sorted};
 use super::water::WaterSurface;
-use super::world::{Surface, World};
+use super::world::{Hit, NONE, Surface, World};
 
 /// Photons that one thread sends at a time.
 const CHUNK: u32 = 4096;
@@ -112,7 +112,7 @@ impl Tracer {
         let (columns, rows) = (scene.image.width, scene.image.height);
         let eye = Eye::new(scene, &world, water.as_ref());
         let cells = match &options.points {
-            Some(points) => Some(Cells::of_points(points)),
+            Some(points) => Some(Cells::of_points(&on_diffuse_surfaces(points, &world))),
             None => options.camera.then(|| Cells::of_camera(&eye, columns, rows)),
         };
         let views = if options.volume { views(&eye, columns, rows) } else { Vec::new() };
@@ -327,6 +327,34 @@ impl Tracer {
         // FNV-1a: any change of the text changes it.
         text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
     }
+}
+
+/// Points without those on mirrors and glass, where no light lands, and those on nothing at all.
+fn on_diffuse_surfaces(points: &Points, world: &World) -> Points {
+    const REACH: f32 = 1.0e-3;
+    let mut points = points.clone();
+    for (position, normal) in points.positions.iter_mut().zip(&points.normals) {
+        if let Some(p) = *position {
+            let reach = REACH * (1.0 + p.abs().max_element());
+            let hit = world.nearest(p + *normal * reach, -*normal, 2.0 * reach, NONE);
+            let diffuse = |hit: Hit| world.surfaces[world.object(hit.triangle) as usize] == Surface::Diffuse;
+            if !hit.is_some_and(diffuse) {
+                *position = None;
+            }
+        }
+    }
+    points
+}
+
+/// What the middle of each pixel of the scene's camera shows, seen through the surface of the water, in world space, m;
+/// no photons are needed for it.
+pub fn camera_points(scene: &Scene) -> Result<Vec<Option<Vec3>>, TraceError> {
+    let water = WaterSurface::new(scene);
+    let world = World::new(scene, None)?;
+    let eye = Eye::new(scene, &world, water.as_ref());
+    let (columns, rows) = (scene.image.width, scene.image.height);
+    let look = |pixel: u32| eye.look(f64::from(pixel % columns) + 0.5, f64::from(pixel / columns) + 0.5, |_| {}).map(|seen| seen.position);
+    Ok((0..columns * rows).into_par_iter().with_min_len(256).map(look).collect())
 }
 
 /// View rays through the middle of every pixel.

@@ -286,6 +286,8 @@ struct Probe {
 impl Probe {
     #[inline]
     fn new(origin: Vec3, direction: Vec3) -> Self {
+        // The hierarchy takes the sign of a component from a comparison and that of its inverse from its bits: −0 would be both.
+        let direction = direction + Vec3::ZERO;
         let (x, y) = direction.any_orthonormal_pair();
         Self { origin: origin.into(), direction: direction.into(), across: [x.into(), y.into()] }
     }
@@ -320,5 +322,93 @@ impl Triangle {
         let normal = (self.b - self.a).cross(self.c - self.a);
         let t = normal.dot(a) / normal.dot(probe.direction);
         if t > 0.0 && t < limit { t } else { f32::INFINITY }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn world(objects: &str) -> Result<World, TraceError> {
+        let text = format!("(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), objects: [{objects}])");
+        World::new(&crate::scene::parse(&text, "world", Path::new("")).unwrap(), None)
+    }
+
+    #[test]
+    fn rays_along_an_axis_meet_what_is_there_whatever_the_signs_of_their_zeros() {
+        let world = world("(shape: Grid(size_m: (2, 2))), (shape: Cuboid(size_m: (1, 1, 1)), transform: (translate: (0, -3, 0)))").unwrap();
+        for x in [0.0, -0.0] {
+            for z in [0.0, -0.0] {
+                let hit = world.nearest(Vec3::new(0.1, 1.0, 0.2), Vec3::new(x, -1.0, z), f32::INFINITY, NONE);
+                assert_eq!(hit.map(|hit| hit.t), Some(1.0), "direction ({x:?}, -1, {z:?})");
+            }
+        }
+    }
+
+    #[test]
+    fn nearest_hits_are_those_of_every_triangle_asked() {
+        let world = world("(shape: TorusKnot(segments: 96, sides: 12)), (shape: Figure(height_m: 1, resolution: 24))").unwrap();
+        for k in 0..4000_u32 {
+            let [a, b, c] = crate::math::rng::uniform3(5, 0, k).map(|u| u * 2.0 - 1.0);
+            let [d, e, f] = crate::math::rng::uniform3(5, 1, k).map(|u| u - 0.5);
+            let (origin, direction) = (Vec3::new(a, b, c), Vec3::new(d, e, f).normalize());
+            let probe = Probe::new(origin, direction);
+            let brute = world.triangles.iter().map(|t| t.meet(&probe, f32::INFINITY)).fold(f32::INFINITY, f32::min);
+            let found = world.nearest(origin, direction, f32::INFINITY, NONE).map_or(f32::INFINITY, |hit| hit.t);
+            assert_eq!(found, brute, "ray {k}");
+        }
+    }
+
+    #[test]
+    fn no_ray_slips_through_the_edges_of_a_closed_mesh() {
+        let world = world("(shape: IcoSphere(radius_m: 1, subdivisions: 3))").unwrap();
+        // From far away, straight at points on edges and corners.
+        for triangle in &world.triangles {
+            for target in [triangle.a, (triangle.a + triangle.b) * 0.5, (triangle.b * 0.25 + triangle.c * 0.75)] {
+                let target = Vec3::from(target) * 0.999;
+                let origin = Vec3::new(9.0, 5.0, 7.0);
+                let mut depth = 0;
+                let (mut from, mut skip) = (origin, NONE);
+                let direction = (target - origin).normalize();
+                while let Some(hit) = world.nearest(from, direction, f32::INFINITY, skip) {
+                    depth += if world.face_normal(hit.triangle).dot(direction) < 0.0 { 1 } else { -1 };
+                    from += direction * hit.t;
+                    skip = hit.triangle;
+                }
+                assert_eq!(depth, 0, "a ray towards {target}");
+            }
+        }
+    }
+
+    #[test]
+    fn bad_glass_and_bad_places_are_told() {
+        let glass = |shape: &str, place: &str| world(&format!("(name: \"lens\", shape: {shape}, {place} material: Dielectric())"));
+        let open = glass("Grid()", "").err().unwrap().to_string();
+        assert!(open.starts_with("lens is glass, but its mesh is open: 4 edges"), "{open}");
+        let around = glass("UvSphere(radius_m: 1)", "transform: (translate: (0, 2, 5)),").err().unwrap().to_string();
+        assert!(around.starts_with("the camera at (0, 2, 5) is inside lens"), "{around}");
+        assert_eq!(glass("UvSphere(radius_m: 1)", "").unwrap().turned, 0);
+        let lit = "(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), lights: [Point(position: (0.1, 0, 0), intensity: (1, 1, 1))], \
+                   objects: [(shape: Cuboid(size_m: (1, 1, 1)))])";
+        let scene = crate::scene::parse(lit, "lit", Path::new("")).unwrap();
+        let inside = World::new(&scene, None).err().unwrap().to_string();
+        assert!(inside.starts_with("light 0 at (0.1, 0, 0) is inside object 0"), "{inside}");
+    }
+
+    #[test]
+    fn glass_that_faces_in_is_turned_over_and_counted() {
+        let scene = "(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), objects: [(shape: UvSphere(), material: Dielectric())])";
+        let scene = crate::scene::parse(scene, "turned", Path::new("")).unwrap();
+        let mut mesh = scene.mesh(0).unwrap();
+        for triangle in mesh.indices.chunks_exact_mut(3) {
+            triangle.swap(1, 2);
+        }
+        let mut world = world("").unwrap();
+        world.add(&mesh, Surface::Glass { ior: 1.5, abbe: None, absorption: Vec3::ZERO }, "ball".to_owned()).unwrap();
+        assert_eq!(world.turned, 1);
+        let t = &world.triangles[0];
+        assert!(Vec3::from((t.b - t.a).cross(t.c - t.a)).dot(Vec3::from(t.a)) > 0.0);
     }
 }

@@ -1,0 +1,105 @@
+//! Two files.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, bail, ensure};
+
+use super::table::{Column, Results};
+use crate::cli::interrupt;
+use crate::image::{Layer, LayerSet, STANDARD_LAYERS, file, png};
+use crate::metrics::Pair;
+use crate::report::{Figure, Judged, Verdict, judge, number};
+
+/// Layers to look for where none is named.
+const USUAL_LAYERS: [&str; 2] = ["caustic_irradiance", "color"];
+
+/// What to compare.
+#[derive(Debug)]
+pub struct Request {
+    /// What is taken for the truth.
+    pub reference: PathBuf,
+    /// What is judged.
+    pub test: PathBuf,
+    /// Which layer; `None` for the first of [`USUAL_LAYERS`] that both have.
+    pub layer: Option<String>,
+}
+
+/// Compares two files.
+pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Results> {
+    let (reference, test) = (file::read(&request.reference)?, file::read(&request.test)?);
+    let is_png = |set: &LayerSet| set.len() == 1 && set.get(png::DECODED_NAME).is_some();
+    ensure!(
+        is_png(&reference) == is_png(&test),
+        "{} and {} cannot be compared: a PNG holds display values, an EXR light",
+        request.reference.display(),
+        request.test.display()
+    );
+    let display = is_png(&reference);
+    let name = if display { png::DECODED_NAME.to_owned() } else { layer_name(request, &reference, &test)? };
+    let find = |set: &LayerSet, path: &Path| set.get(&name).cloned().with_context(|| missing(&name, set, path));
+    let (a, b) = (find(&reference, &request.reference)?, find(&test, &request.test)?);
+    ensure!(
+        (a.width(), a.height()) == (b.width(), b.height()),
+        "{} has {}x{} pixels, {} has {}x{}; both must have the same size",
+        request.reference.display(),
+        a.width(),
+        a.height(),
+        request.test.display(),
+        b.width(),
+        b.height()
+    );
+    let (left, right) = (rgb(&a), rgb(&b));
+    let mask = reference.get(&format!("{name}_valid")).map(|valid| valid.planes()[0].pixels().iter().map(|&v| v > 0.0).collect::<Vec<_>>());
+    let variance = reference.get(&format!("{name}_error")).map(|errors| {
+        let square = |rgb: [f32; 3]| rgb.map(|e| e * e);
+        rgb(errors).into_iter().map(square).collect::<Vec<_>>()
+    });
+    let pair = Pair::with_mask(a.width(), a.height(), &left, &right, mask.as_deref())?;
+    let verdicts = judge(&Judged { pair, areas_m2: None, variance: variance.as_deref(), display });
+    let unit = STANDARD_LAYERS.iter().find(|layer| layer.name == name).map_or("", |layer| layer.unit);
+    let mut files = Vec::new();
+    if let Some(path) = picture {
+        let title = format!("{} against {}", request.test.display(), request.reference.display());
+        draw(path, &title, pair, ("Reference", "Test"), unit, &verdicts)?;
+        files.push(path.display().to_string());
+    }
+    let facts = vec![("layer".to_owned(), name.clone()), ("pixels".to_owned(), format!("{} of {}", pair.count(), left.len()))];
+    let column = Column { name: request.test.display().to_string(), verdicts, facts: Vec::new() };
+    Ok(Results { reference: request.reference.display().to_string(), facts, columns: vec![column], files })
+}
+
+/// Draws the figure and writes it.
+pub fn draw(path: &Path, title: &str, pair: Pair<'_>, names: (&str, &str), unit: &str, verdicts: &[Verdict]) -> anyhow::Result<()> {
+    let metrics: Vec<(String, String)> = verdicts
+        .iter()
+        .filter_map(|verdict| verdict.value.as_ref().ok().map(|&value| (verdict.name.replace('_', " "), number(value, 3))))
+        .collect();
+    let figure = Figure { title, pair, reference_name: names.0, test_name: names.1, unit, metrics: &metrics };
+    let bytes = figure.png().with_context(|| format!("cannot draw {}", path.display()))?;
+    interrupt::uninterrupted(|| file::write_atomically(path, &bytes))?;
+    Ok(())
+}
+
+/// Three channels of a layer: one is repeated, a fourth left out.
+fn rgb(layer: &Layer) -> Vec<[f32; 3]> {
+    let planes = layer.planes();
+    let channel = |index: usize, k: usize| planes[k.min(planes.len() - 1)].pixels()[index];
+    let count = if layer.channel_count() < 3 { 1 } else { 3 };
+    (0..planes[0].pixels().len()).map(|index| [0, 1, 2].map(|k: usize| channel(index, k.min(count - 1)))).collect()
+}
+
+fn layer_name(request: &Request, reference: &LayerSet, test: &LayerSet) -> anyhow::Result<String> {
+    if let Some(name) = &request.layer {
+        return Ok(name.clone());
+    }
+    let both = |name: &&str| reference.get(name).is_some() && test.get(name).is_some();
+    match USUAL_LAYERS.iter().find(|name| both(name)) {
+        Some(name) => Ok((*name).to_owned()),
+        None => bail!("neither {} is in both files; choose a layer with --layer", USUAL_LAYERS.join(" nor ")),
+    }
+}
+
+fn missing(name: &str, set: &LayerSet, path: &Path) -> String {
+    let known: Vec<&str> = set.names().collect();
+    format!("{} has no layer `{name}`; it has: {}", path.display(), known.join(", "))
+}

@@ -1,0 +1,175 @@
+//! Techniques against the ground truth of a scene.
+//!
+//! Light is judged where a technique shows it: the ground truth is measured at the very points that the technique drew, so that what is compared
+//! is light transport alone. How well the technique finds the points that the eye sees is another number, `view_px`.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+use glam::Vec3;
+
+use super::pictures;
+use super::table::{Column, Results};
+use crate::caustics::{RenderOptions, Renderer};
+use crate::cli::args::{ImageSize, Setting};
+use crate::cli::progress::Progress;
+use crate::cli::{files, renderer};
+use crate::image::LayerSet;
+use crate::metrics::{Pair, quantile};
+use crate::report::{Judged, judge, number};
+use crate::scene::Scene;
+use crate::trace::{Measured, Points, TraceOptions, Tracer, camera_points};
+
+/// Photons of the ground truth where none are asked for.
+pub const DEFAULT_PHOTONS: u64 = 50_000_000;
+
+/// Layers that are compared, and those that say where.
+const LAYERS: [&str; 4] = ["caustic_irradiance", "position", "normal", "depth"];
+
+/// What to compare.
+#[derive(Debug)]
+pub struct Request {
+    /// The scene file.
+    pub scene: PathBuf,
+    /// Names of techniques.
+    pub techniques: Vec<&'static str>,
+    /// Photons of the ground truth.
+    pub photons: u64,
+    /// Seed of the ground truth.
+    pub seed: u32,
+    /// Overrides of the scene.
+    pub size: Option<ImageSize>,
+    /// Overrides of the scene.
+    pub time_s: Option<f32>,
+    /// Overrides of the scene.
+    pub settings: Vec<Setting>,
+}
+
+/// The truth at the points of one technique's picture.
+struct Truth {
+    points: Points,
+    irradiance: Measured,
+    areas: Vec<f32>,
+    photons: u64,
+    noise: f64,
+}
+
+/// Compares every technique with the truth.
+pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Results> {
+    let scene = renderer::load(&request.scene, None, request.size, request.time_s, &request.settings)?;
+    if picture.is_none() {
+        files::make_default_folder()?;
+    }
+    let seen = camera_points(&scene)?;
+    let mut truths: Vec<Truth> = Vec::new();
+    let mut results = Results { reference: String::new(), facts: Vec::new(), columns: Vec::new(), files: Vec::new() };
+    let progress = Progress::new(request.techniques.len() as u64 * request.photons / 1000);
+    for (number, technique) in request.techniques.iter().enumerate() {
+        let options = RenderOptions {
+            technique: (*technique).to_owned(),
+            layers: Some(LAYERS.map(str::to_owned).to_vec()),
+            ..RenderOptions::default()
+        };
+        let rendered = Renderer::new(&scene, &options)?.render(&scene, None)?.layers;
+        let points = points(&rendered).context("a technique did not draw its layers")?;
+        let known = truths.iter().position(|truth| truth.points.positions == points.positions && truth.points.normals == points.normals);
+        let index = match known {
+            Some(index) => index,
+            None => {
+                truths.push(truth(&scene, points, request, |photons| progress.reach((number as u64 * request.photons + photons) / 1000))?);
+                truths.len() - 1
+            }
+        };
+        let path = picture_path(picture, request, technique);
+        let column = judge_technique(technique, &scene, &rendered, &truths[index], &seen, &path)?;
+        results.files.push(path.display().to_string());
+        results.columns.push(column);
+    }
+    drop(progress);
+    if let Some(truth) = truths.first() {
+        results.reference = format!("ground truth of {}", request.scene.display());
+        let valid = truth.irradiance.valid.as_ref().map_or(0, |valid| valid.iter().filter(|v| **v).count());
+        results.facts = vec![
+            ("photons".to_owned(), truth.photons.to_string()),
+            ("noise".to_owned(), format!("{} %", number_of(truth.noise * 100.0))),
+            ("pixels".to_owned(), format!("{valid} of {}", truth.points.positions.len())),
+        ];
+    }
+    Ok(results)
+}
+
+fn number_of(value: f64) -> String {
+    number(value, 3)
+}
+
+/// `FILE.png`, with the technique's name in it where there are several; by default in `out/`.
+fn picture_path(picture: Option<&Path>, request: &Request, technique: &str) -> PathBuf {
+    match picture {
+        Some(path) if request.techniques.len() == 1 => path.to_owned(),
+        Some(path) => path.with_extension(format!("{technique}.png")),
+        None => {
+            let stem = request.scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            Path::new(files::DEFAULT_FOLDER).join(format!("{stem}.{technique}.compare.png"))
+        }
+    }
+}
+
+/// Where a technique's picture shows what.
+fn points(layers: &LayerSet) -> Option<Points> {
+    let (position, normal, depth) = (layers.get("position")?, layers.get("normal")?, layers.get("depth")?);
+    let at = |layer: &crate::image::Layer, k: usize| Vec3::from_array([0, 1, 2].map(|c| layer.planes()[c].pixels()[k]));
+    let count = position.planes()[0].pixels().len();
+    let exists = |k: usize| depth.planes()[0].pixels()[k].is_finite();
+    Some(Points {
+        columns: position.width(),
+        rows: position.height(),
+        positions: (0..count).map(|k| exists(k).then(|| at(position, k))).collect(),
+        normals: (0..count).map(|k| at(normal, k).normalize_or_zero()).collect(),
+    })
+}
+
+fn truth(scene: &Scene, points: Points, request: &Request, told: impl Fn(u64)) -> anyhow::Result<Truth> {
+    let options = TraceOptions { seed: request.seed, points: Some(points.clone()), ..TraceOptions::default() };
+    let mut tracer = Tracer::new(scene, &options)?;
+    while tracer.photons() < request.photons || tracer.batches() < 2 {
+        tracer.run_batch();
+        told(tracer.photons());
+    }
+    let irradiance = tracer.pixels().context("the ground truth has no pixels")?;
+    let areas = tracer.pixel_areas().context("the ground truth has no pixels")?.iter().map(|&area| area as f32).collect();
+    Ok(Truth { points, irradiance, areas, photons: tracer.photons(), noise: tracer.noise() })
+}
+
+fn judge_technique(
+    technique: &str,
+    scene: &Scene,
+    layers: &LayerSet,
+    truth: &Truth,
+    seen: &[Option<Vec3>],
+    path: &Path,
+) -> anyhow::Result<Column> {
+    let layer = layers.get("caustic_irradiance").context("the technique has no caustic irradiance")?;
+    let measured = &truth.irradiance;
+    let test: Vec<[f32; 3]> = (0..measured.mean.len()).map(|k| [0, 1, 2].map(|c| layer.planes()[c].pixels()[k])).collect();
+    let reference: Vec<[f32; 3]> = measured.mean.iter().map(|v| v.map(|c| c as f32)).collect();
+    let variance: Vec<[f32; 3]> = measured.standard_error.iter().map(|v| v.map(|e| (e * e) as f32)).collect();
+    let pair = Pair::with_mask(measured.columns, measured.rows, &reference, &test, measured.valid.as_deref())?;
+    let verdicts = judge(&Judged { pair, areas_m2: Some(&truth.areas), variance: Some(&variance), display: false });
+    let mut facts = Vec::new();
+    let mut off: Vec<f64> = (0..reference.len()).filter(|&k| pair.counts(k)).filter_map(|k| view_error_px(truth, seen, k)).collect();
+    for (name, share) in [("view_px, median", 0.5), ("view_px, 95 % quantile", 0.95)] {
+        if let Some(value) = quantile(&mut off, share) {
+            facts.push((name.to_owned(), number_of(value)));
+        }
+    }
+    let title = if scene.title.is_empty() { "Caustic irradiance".to_owned() } else { format!("{}: caustic irradiance", scene.title) };
+    pictures::draw(path, &title, pair, ("Ground truth", technique), "W/m²", &verdicts)?;
+    Ok(Column { name: technique.to_owned(), verdicts, facts })
+}
+
+/// How far the point that a pixel shows is from the one that the eye would see there, in pixels.
+fn view_error_px(truth: &Truth, seen: &[Option<Vec3>], pixel: usize) -> Option<f64> {
+    let (shown, seen) = (truth.points.positions[pixel]?, seen[pixel]?);
+    let width = f64::from(truth.areas[pixel]).sqrt();
+    (width > 0.0).then(|| f64::from(shown.distance(seen)) / width)
+}

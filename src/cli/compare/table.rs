@@ -1,0 +1,118 @@
+//! What a comparison found, as a table or as JSON.
+
+use serde::Serialize;
+
+use crate::cli::{Outcome, output};
+use crate::report::{Verdict, number};
+
+use super::Bound;
+
+/// Everything that was compared.
+#[derive(Debug)]
+pub struct Results {
+    /// What the reference is.
+    pub reference: String,
+    /// Facts about the reference and the comparison, by name.
+    pub facts: Vec<(String, String)>,
+    /// One per picture that was judged.
+    pub columns: Vec<Column>,
+    /// Pictures written.
+    pub files: Vec<String>,
+}
+
+/// One picture that was judged.
+#[derive(Debug)]
+pub struct Column {
+    /// What it is.
+    pub name: String,
+    /// By measure.
+    pub verdicts: Vec<Verdict>,
+    /// Further facts about it, by name.
+    pub facts: Vec<(String, String)>,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    reference: &'a str,
+    facts: serde_json::Map<String, serde_json::Value>,
+    agrees: bool,
+    exceeded: Vec<String>,
+    files: &'a [String],
+    results: Vec<serde_json::Value>,
+}
+
+/// Prints the results; whether all bounds are kept.
+pub fn tell(results: &Results, bounds: &[Bound], json: bool) -> anyhow::Result<Outcome> {
+    let exceeded = exceeded(results, bounds);
+    if json {
+        let facts = |facts: &[(String, String)]| facts.iter().map(|(name, value)| (name.clone(), value.clone().into())).collect();
+        let column = |column: &Column| {
+            let values = column.verdicts.iter().map(|verdict| {
+                let value = verdict.value.as_ref().map_or(serde_json::Value::Null, |&value| value.into());
+                (verdict.name.to_owned(), value)
+            });
+            let mut all: serde_json::Map<String, serde_json::Value> =
+                [("name".to_owned(), column.name.clone().into())].into_iter().collect();
+            all.extend(values);
+            all.insert("facts".to_owned(), serde_json::Value::Object(facts(&column.facts)));
+            serde_json::Value::Object(all)
+        };
+        output::json(&Report {
+            reference: &results.reference,
+            facts: facts(&results.facts),
+            agrees: exceeded.is_empty(),
+            exceeded: exceeded.clone(),
+            files: &results.files,
+            results: results.columns.iter().map(column).collect(),
+        })?;
+    } else {
+        output::text(&text(results, &exceeded))?;
+    }
+    Ok(if exceeded.is_empty() { Outcome::Done } else { Outcome::Differs })
+}
+
+/// Every bound that is not kept. A measure without a value keeps no bound.
+fn exceeded(results: &Results, bounds: &[Bound]) -> Vec<String> {
+    let mut exceeded = Vec::new();
+    for column in &results.columns {
+        for bound in bounds {
+            let verdict = column.verdicts.iter().find(|verdict| verdict.name == bound.measure.name);
+            let (name, limit) = (bound.measure.name, bound.value);
+            match verdict.map(|verdict| &verdict.value) {
+                Some(Ok(value)) if bound.measure.is_within(*value, limit) => {}
+                Some(Ok(value)) => exceeded.push(format!("{}: {name} is {}, the bound is {limit}", column.name, number(*value, 4))),
+                Some(Err(error)) => exceeded.push(format!("{}: {name} has no value ({error}), the bound is {limit}", column.name)),
+                None => {
+                    exceeded.push(format!("{}: {name} has no value (the reference carries no errors), the bound is {limit}", column.name))
+                }
+            }
+        }
+    }
+    exceeded
+}
+
+fn text(results: &Results, exceeded: &[String]) -> String {
+    let mut text = format!("reference: {}\n", results.reference);
+    let pairs = |facts: &[(String, String)]| {
+        let rows: Vec<[&str; 3]> = facts.iter().map(|(name, value)| ["", name.as_str(), value.as_str()]).collect();
+        output::columns(&rows)
+    };
+    text.push_str(&pairs(&results.facts));
+    for column in &results.columns {
+        text.push_str(&format!("{}\n", column.name));
+        let values: Vec<(String, String)> = column
+            .verdicts
+            .iter()
+            .map(|verdict| (verdict.name.to_owned(), verdict.value.as_ref().map_or_else(|error| format!("- ({error})"), |&v| number(v, 4))))
+            .collect();
+        text.push_str(&pairs(&values));
+        text.push_str(&pairs(&column.facts));
+    }
+    for file in &results.files {
+        text.push_str(&format!("  {file}\n"));
+    }
+    for line in exceeded {
+        text.push_str(&format!("exceeded: {line}\n"));
+    }
+    text
+}
