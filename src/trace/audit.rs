@@ -28,7 +28,8 @@ pub struct Audit {
     pub events: u64,
     /// Photons given up after too many surfaces.
     pub photons_lost: u64,
-    /// Times that a photon left a body that it was not in, or entered one that it was in: seams of a mesh, bodies that overlap.
+    /// Times that a photon left a body that it was not in, or entered one that it was in, and went straight on: starts within rounding of an
+    /// edge, bodies that pass through themselves.
     pub unexpected_sides: u64,
     /// Times that an interpolated normal would have sent light through the wrong side, and the normal of the triangle was taken.
     pub normals_replaced: u64,

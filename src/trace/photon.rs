@@ -508,7 +508,11 @@ impl One<'_, '_> {
             normal = face;
         }
         let within = self.photon.inside[..self.photon.depth as usize].contains(&object);
-        self.arrivals.audit.unexpected_sides += u64::from(entering == within);
+        if entering == within {
+            // A ray so close to an edge that rounding has put its start beyond the next triangle; or a body that passes through itself.
+            self.arrivals.audit.unexpected_sides += 1;
+            return (lifted(p, -face), direction);
+        }
         let here = self.index_here(None);
         let there = if entering { self.travel.glass_ior[object as usize] } else { self.index_here(Some((object, p))) };
         let here = if entering { here } else { self.travel.glass_ior[object as usize] };

@@ -86,8 +86,9 @@ fn steep_root<L: Lanes, H: Heights>(surface: &WaterSurface, heights: &H, rays: R
         let (h, slope_x, slope_z) = heights.rise_and_slope(o.x + d.x * t, o.z + d.z * t);
         let f = y + d.y * t - h;
         let step = f / (d.y - slope_x * d.x - slope_z * d.z);
-        t = Lanes::min(Lanes::max(t - step, low), high);
-        settled = f.abs().le(exact);
+        // A lane that has settled stays as it is, whatever the others still need.
+        t = L::select(settled, t, Lanes::min(Lanes::max(t - step, low), high));
+        settled = settled | f.abs().le(exact);
         if settled.all() {
             break;
         }

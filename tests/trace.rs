@@ -1,0 +1,243 @@
+//! The ground truth keeps its promises: the same bits on any number of threads and at any SIMD level, before and after an interruption; no
+//! light made or lost; pixels that measure what the plane measures.
+
+use std::path::Path;
+
+use nephroid::math::level::available_levels;
+use nephroid::scene::{self, MeasuringPlane, Scene};
+use nephroid::trace::{Points, TraceError, TraceOptions, Tracer};
+
+use glam::Vec3;
+
+fn load(name: &str) -> Scene {
+    scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name)).expect("a shipped scene is valid")
+}
+
+fn small(name: &str, width: u32, height: u32) -> Scene {
+    let mut scene = load(name);
+    (scene.image.width, scene.image.height) = (width, height);
+    scene
+}
+
+fn options(camera: bool, volume: bool) -> TraceOptions {
+    TraceOptions { seed: 7, camera, volume, ..TraceOptions::default() }
+}
+
+/// Water waves over a floor, and above it a glass ball in smoke, all lit by a sun and a spot: every part of the tracer at once.
+fn everything() -> Scene {
+    let text = "(
+        image: (width: 24, height: 16),
+        camera: Perspective(position: (0, 2.5, 4), target: (0, 0, 0)),
+        lights: [
+            Directional(aim: Sun(elevation_deg: 50, azimuth_deg: 40), irradiance: (900, 850, 800)),
+            Spot(position: (1.5, 3, 1), direction: (-1.5, -2.3, -1), intensity: (50, 80, 90)),
+        ],
+        water: (size_m: (3, 3), grid: (32, 32), model: AxisCosine(), abbe: 56),
+        medium: Coastal,
+        smoke: (min: (-1, 0.2, -1), max: (1, 1.6, 1), sigma_s: (0.4, 0.4, 0.4), g: 0.5, density: Noise(cells: (16, 16, 16))),
+        objects: [
+            (shape: Pool(size_m: (3, 3), depth_m: 1.2, far_depth_m: 1.2, deck_m: 0.5)),
+            (shape: UvSphere(radius_m: 0.3), transform: (translate: (0, 0.7, 0)), material: Dielectric(abbe: 59, absorption: (1, 0.2, 0.1))),
+            (shape: Cuboid(size_m: (0.4, 0.4, 0.02)), transform: (translate: (-0.8, 0.6, 0), rotate_deg: (0, 30, 0)), material: Mirror()),
+        ],
+        trace: (plane: (corner: (-1, -1.1, -1), u: (0, 0, 2), v: (2, 0, 0), texels: (16, 16))),
+    )";
+    scene::parse(text, "everything", Path::new("")).expect("the scene is valid")
+}
+
+/// FNV-1a of the kept state, which holds every sum of the run.
+fn digest(tracer: &Tracer) -> u64 {
+    tracer.state().iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+fn run_on(threads: usize, scene: &Scene, options: &TraceOptions, batches: u64) -> Vec<u8> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
+    pool.install(|| {
+        let mut tracer = Tracer::new(scene, options).expect("the scene can be traced");
+        for _ in 0..batches {
+            tracer.run_batch();
+        }
+        tracer.state()
+    })
+}
+
+#[test]
+fn results_are_the_same_on_any_number_of_threads_at_any_level() {
+    let scene = everything();
+    let expected = run_on(1, &scene, &options(true, true), 1);
+    for threads in [2, 7] {
+        assert!(run_on(threads, &scene, &options(true, true), 1) == expected, "{threads} threads give other bits");
+    }
+    for (name, level) in available_levels() {
+        let options = TraceOptions { level, ..options(true, true) };
+        assert!(run_on(2, &scene, &options, 1) == expected, "level {name} gives other bits");
+    }
+    let other = TraceOptions { seed: 8, ..options(true, true) };
+    assert!(run_on(2, &scene, &other, 1) != expected, "another seed gives the same bits");
+}
+
+/// Digests of whole runs, the same in debug and release and on every machine.
+#[test]
+fn results_are_the_same_on_every_machine() {
+    let mut found = Vec::new();
+    for (name, scene, volume) in [
+        ("everything", everything(), true),
+        ("sine_water", small("analytic/sine_water.ron", 32, 32), false),
+        ("pool", small("pool.ron", 32, 18), false),
+        ("glass", small("glass.ron", 32, 18), false),
+    ] {
+        let mut tracer = Tracer::new(&scene, &options(true, volume)).expect("the scene can be traced");
+        tracer.run_batch();
+        found.push((name, digest(&tracer)));
+    }
+    assert_eq!(found, DIGESTS);
+}
+
+const DIGESTS: [(&str, u64); 4] = [
+    ("everything", 13_412_499_599_179_939_242),
+    ("sine_water", 5_361_857_742_263_407_292),
+    ("pool", 1_034_068_154_903_097_555),
+    ("glass", 15_821_828_984_099_733_015),
+];
+
+#[test]
+fn a_run_goes_on_to_the_same_bits() {
+    let scene = small("pool.ron", 40, 24);
+    let whole = run_on(2, &scene, &options(true, false), 3);
+    let part = run_on(2, &scene, &options(true, false), 1);
+    let mut tracer = Tracer::new(&scene, &options(true, false)).expect("the scene can be traced");
+    tracer.restore(&part).expect("the state is good");
+    tracer.run(2 * tracer.batch_photons());
+    assert!(tracer.state() == whole, "going on gives other bits");
+}
+
+#[test]
+fn states_of_other_runs_and_damaged_ones_are_refused() {
+    let scene = small("pool.ron", 16, 9);
+    let state = run_on(2, &scene, &options(true, false), 1);
+    let refusal = |scene: &Scene, options: &TraceOptions, state: &[u8]| {
+        let mut tracer = Tracer::new(scene, options).expect("the scene can be traced");
+        let before = tracer.state();
+        let error = tracer.restore(state).expect_err("the state was accepted");
+        assert!(tracer.state() == before, "a refused state changed the run");
+        error
+    };
+    let other_seed = TraceOptions { seed: 8, ..options(true, false) };
+    assert!(matches!(refusal(&scene, &other_seed, &state), TraceError::OtherState { .. }));
+    let mut other_scene = scene.clone();
+    other_scene.set("water.ior", "1.34").expect("the setting exists");
+    assert!(matches!(refusal(&other_scene, &options(true, false), &state), TraceError::OtherState { .. }));
+    for damage in [state[..40].to_vec(), state[..state.len() - 8].to_vec(), {
+        let mut flipped = state.clone();
+        let last = flipped.len() - 5;
+        flipped[last] ^= 4;
+        flipped
+    }] {
+        assert!(matches!(refusal(&scene, &options(true, false), &damage), TraceError::BadState(_)));
+    }
+    assert!(matches!(refusal(&scene, &options(true, false), b"nonsense"), TraceError::BadState(_)));
+}
+
+#[test]
+fn every_watt_has_one_end() {
+    for scene in [everything(), small("pool.ron", 16, 9), small("glass.ron", 16, 9)] {
+        let mut tracer = Tracer::new(&scene, &options(false, false)).expect("the scene can be traced");
+        tracer.run(200_000);
+        let audit = tracer.audit();
+        assert!(audit.imbalance().abs() < 1e-9, "{}: imbalance {:e}", scene.title, audit.imbalance());
+        // What photons carry is what the areas of the lights' cells say, but for the rounding of 32-bit fluxes.
+        let (sent, expected) = (audit.emitted / tracer.batches() as f64, tracer.emitted_w());
+        assert!((sent / expected - 1.0).abs() < 1e-5, "{}: {sent} W of {expected} W", scene.title);
+        assert!(audit.landed > 0.0 && audit.left > 0.0);
+        let odd = audit.unexpected_sides as f64 / audit.events as f64;
+        assert!(odd < 1e-4, "{}: {odd} of the surfaces were met from the wrong side", scene.title);
+    }
+}
+
+/// Flat water seen from straight above: all pixels and all texels of a plane in the floor have the value of truth T1.
+#[test]
+fn pixels_and_plane_measure_the_same_light() {
+    let mut scene = small("analytic/flat_water.ron", 16, 16);
+    // Facing up: z x = y.
+    scene.trace.plane = Some(MeasuringPlane { corner: Vec3::new(-1.0, -1.0, -1.0), u: Vec3::Z * 2.0, v: Vec3::X * 2.0, texels: (16, 16) });
+    let mut tracer = Tracer::new(&scene, &options(true, false)).expect("the scene can be traced");
+    tracer.run(4_000_000);
+    let expected = 0.847_461;
+    for measured in [tracer.plane().expect("there is a plane"), tracer.pixels().expect("there are pixels")] {
+        let mut sum = 0.0;
+        for row in 0..16 {
+            for column in 0..16 {
+                assert!(measured.is_valid(column, row));
+                let (mean, error) = (measured.mean(column, row)[1], measured.standard_error(column, row)[1]);
+                assert!((mean - expected).abs() < 4.5 * error, "({column}, {row}): {mean} ± {error}");
+                assert!(error < 0.03 * expected);
+                sum += mean / 256.0;
+            }
+        }
+        assert!((sum / expected - 1.0).abs() < 2e-3, "the mean is {sum}, expected {expected}");
+        assert!((sum / (expected * 1.01) - 1.0).abs() > 2e-3, "the check cannot tell one percent");
+    }
+}
+
+/// Points given from outside measure the same as the camera's own, away from the border.
+#[test]
+fn given_points_measure_like_the_camera() {
+    let scene = small("analytic/flat_water.ron", 16, 16);
+    let own = Tracer::new(&scene, &options(true, false)).expect("the scene can be traced");
+    let seen = own.pixel_points().expect("there are pixels");
+    let points = Points {
+        columns: 16,
+        rows: 16,
+        positions: seen.iter().map(|p| p.map(|p| p.0)).collect(),
+        normals: seen.iter().map(|p| p.map_or(Vec3::Y, |p| p.1)).collect(),
+    };
+    let mut given = Tracer::new(&scene, &TraceOptions { points: Some(points), ..options(false, false) }).expect("the scene can be traced");
+    given.run(2_000_000);
+    let measured = given.pixels().expect("there are pixels");
+    let mut sum = 0.0;
+    for row in 0..16 {
+        for column in 0..16 {
+            let inner = (1..15).contains(&column) && (1..15).contains(&row);
+            assert_eq!(measured.is_valid(column, row), inner, "({column}, {row})");
+            sum += if inner { measured.mean(column, row)[0] / 196.0 } else { 0.0 };
+        }
+    }
+    assert!((sum / 0.847_461 - 1.0).abs() < 3e-3, "{sum}");
+}
+
+/// A mesh of few triangles is told from the exact surface, one of many is not.
+#[test]
+fn a_fine_mesh_is_the_exact_surface() {
+    let plane = MeasuringPlane { corner: Vec3::new(-0.4, -2.0, -0.5), u: Vec3::Z, v: Vec3::X * 0.8, texels: (1, 16) };
+    let measure = |grid: Option<(u32, u32)>| {
+        let mut scene = load("analytic/sine_water.ron");
+        scene.trace.plane = Some(plane);
+        scene.trace.grid = grid;
+        let mut tracer = Tracer::new(&scene, &options(false, false)).expect("the scene can be traced");
+        tracer.run(3_000_000);
+        tracer.plane().expect("there is a plane")
+    };
+    let exact = measure(None);
+    let worst = |other: &nephroid::trace::Measured| {
+        let z = |row: u32| {
+            let (a, b) = (exact.mean(0, row)[0], other.mean(0, row)[0]);
+            let (ea, eb) = (exact.standard_error(0, row)[0], other.standard_error(0, row)[0]);
+            (a - b).abs() / (ea * ea + eb * eb).sqrt()
+        };
+        (0..16).map(z).fold(0.0, f64::max)
+    };
+    let (fine, coarse) = (worst(&measure(Some((2049, 2)))), worst(&measure(Some((17, 2)))));
+    assert!(fine < 4.0, "2049 vertices differ by {fine} standard errors");
+    assert!(coarse > 6.0, "17 vertices differ by {coarse} standard errors only");
+}
+
+#[test]
+fn scenes_without_caustics_are_told() {
+    let dry = "(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), lights: [Point(position: (0, 2, 0), intensity: (1, 1, 1))], \
+               objects: [(shape: Grid())])";
+    let dark = "(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), water: ())";
+    for text in [dry, dark] {
+        let scene = scene::parse(text, "dull", Path::new("")).expect("the scene is valid");
+        assert!(matches!(Tracer::new(&scene, &options(true, false)), Err(TraceError::NothingSpecular)), "{text}");
+    }
+}
