@@ -498,10 +498,16 @@ fn shipped() -> Vec<PathBuf> {
 fn shipped_scenes_are_valid_and_say_what_they_exercise() {
     let shipped = shipped();
     let names: Vec<_> = shipped.iter().map(|path| path.strip_prefix(scenes_dir()).unwrap().to_str().unwrap().replace('\\', "/")).collect();
-    assert_eq!(names, ["analytic/flat_water.ron", "analytic/sine_water.ron", "columns.ron", "pool.ron", "pots.ron"]);
+    let analytic =
+        ["cap", "cardioid", "crossed_sines", "flat_water", "glass_ball", "matched", "mirror_ring", "sine_water", "slab", "wedge"];
+    let mut wanted: Vec<String> = analytic.iter().map(|name| format!("analytic/{name}.ron")).collect();
+    wanted.extend(["columns.ron", "pool.ron", "pots.ron"].map(str::to_owned));
+    assert_eq!(names, wanted);
     for path in &shipped {
         let scene = scene::load(path).unwrap_or_else(|error| panic!("{error}"));
-        assert!(!scene.title.is_empty() && scene.water.is_some() && scene.sun().is_some(), "{}", path.display());
+        assert!(!scene.title.is_empty() && !scene.lights.is_empty(), "{}", path.display());
+        let specular = scene.water.is_some() || scene.objects.iter().any(|o| !matches!(o.material, scene::Material::Diffuse { .. }));
+        assert!(specular, "{} has nothing that makes a caustic", path.display());
         let text = fs::read_to_string(path).unwrap();
         for wanted in ["// Exercises:", "// Analytic answer:"] {
             assert!(text.lines().any(|line| line.starts_with(wanted)), "{} lacks `{wanted}`", path.display());

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::geom::Mesh;
 
-/// An upright cylinder with sharp rims, standing on `y = 0`.
+/// An upright cylinder with sharp rims, standing on `y = 0`: solid, or a wall alone that is seen from both sides.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Cylinder {
@@ -22,11 +22,13 @@ pub struct Cylinder {
     pub height_m: f32,
     /// Number of sides, 3 to 4096. Default: 64.
     pub slices: u32,
+    /// Whether it has neither foot nor top: a ring, facing out. Default: false.
+    pub open: bool,
 }
 
 impl Default for Cylinder {
     fn default() -> Self {
-        Self { radius_m: 0.5, height_m: 1.0, slices: 64 }
+        Self { radius_m: 0.5, height_m: 1.0, slices: 64, open: false }
     }
 }
 
@@ -40,6 +42,10 @@ impl Cylinder {
         check.length("radius_m", self.radius_m)?;
         check.length("height_m", self.height_m)?;
         check.count("slices", self.slices, 3..=4096)?;
+        if self.open {
+            let wall = vec![Vec2::new(self.radius_m, 0.0), Vec2::new(self.radius_m, self.height_m)];
+            return Ok(revolve(&[wall], self.slices));
+        }
         Ok(frustum(self.radius_m, self.radius_m, self.height_m, self.slices))
     }
 }

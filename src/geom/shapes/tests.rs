@@ -75,7 +75,7 @@ fn volumes_approach_the_known_ones() {
     close(volume(Shape::Cuboid(Cuboid { size_m: Vec3::new(1.0, 2.0, 3.0) })), 6.0, 1e-6);
     close(volume(Shape::UvSphere(UvSphere { radius_m: 0.5, slices: 256, stacks: 128 })), PI / 6.0, 1e-3);
     close(volume(Shape::IcoSphere(IcoSphere { radius_m: 0.5, subdivisions: 6 })), PI / 6.0, 1e-3);
-    close(volume(Shape::Cylinder(Cylinder { radius_m: 0.5, height_m: 2.0, slices: 512 })), PI / 2.0, 1e-4);
+    close(volume(Shape::Cylinder(Cylinder { radius_m: 0.5, height_m: 2.0, slices: 512, open: false })), PI / 2.0, 1e-4);
     close(volume(Shape::Cone(Cone { radius_m: 0.5, top_radius_m: 0.0, height_m: 3.0, slices: 512 })), PI / 4.0, 1e-4);
     close(volume(Shape::Capsule(Capsule { radius_m: 0.5, length_m: 1.0, slices: 256, stacks: 64 })), PI / 6.0 + PI / 4.0, 1e-3);
     close(volume(Shape::Torus(Torus { radius_m: 1.0, tube_radius_m: 0.25, slices: 512, sides: 256 })), 2.0 * PI * PI / 16.0, 1e-3);
@@ -105,6 +105,20 @@ fn hollow_pots_hold_water() {
     assert!(thin < 0.03 && thick < 0.05, "{thin} {thick}");
     // Twice the wall is nearly twice the clay, but for the foot.
     assert!((1.3..2.0).contains(&(thick / thin)), "{}", thick / thin);
+}
+
+#[test]
+fn open_cylinder_is_a_wall_without_ends() {
+    let mesh = Cylinder { radius_m: 1.0, height_m: 0.8, slices: 512, open: true }.mesh().unwrap();
+    assert_eq!(mesh.validate(), Ok(()));
+    let report = mesh.edge_report();
+    assert_eq!((report.border_count, report.non_manifold_count, report.inconsistent_count, report.collapsed_count), (1026, 0, 0, 0));
+    let area: f64 = mesh.triangles().map(|t| mesh.corners(t)).map(|[a, b, c]| f64::from(0.5 * (b - a).cross(c - a).length())).sum();
+    assert!((area / (2.0 * PI * 0.8) - 1.0).abs() < 1e-4, "{area}");
+    for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
+        assert!(p.y == 0.0 || p.y == 0.8);
+        assert!((Vec3::new(p.x, 0.0, p.z) - *n).length() < 1e-6, "the normal at {p} is {n}");
+    }
 }
 
 #[test]
@@ -238,7 +252,7 @@ proptest! {
         check_shape(&Shape::Cuboid(Cuboid { size_m: Vec3::new(a, b, a * b) }));
         check_shape(&Shape::UvSphere(UvSphere { radius_m: a, slices: n, stacks: m }));
         check_shape(&Shape::IcoSphere(IcoSphere { radius_m: a, subdivisions: m % 4 }));
-        check_shape(&Shape::Cylinder(Cylinder { radius_m: a, height_m: b, slices: n }));
+        check_shape(&Shape::Cylinder(Cylinder { radius_m: a, height_m: b, slices: n, open: false }));
         check_shape(&Shape::Cone(Cone { radius_m: a, top_radius_m: if p == 1 { 0.0 } else { b }, height_m: b, slices: n }));
         check_shape(&Shape::Capsule(Capsule { radius_m: a, length_m: b, slices: n, stacks: m }));
         check_shape(&Shape::Torus(Torus { radius_m: a, tube_radius_m: a * b, slices: n, sides: m }));
