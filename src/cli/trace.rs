@@ -180,7 +180,8 @@ fn trace(args: &HiArgs, tracer: &mut Tracer, start: Instant) -> anyhow::Result<b
     let keep = |tracer: &Tracer| {
         interrupt::uninterrupted(|| file::write_atomically(&args.state, &tracer.state())).context("cannot keep the state of the run")
     };
-    while tracer.photons() < args.photons {
+    // Errors are known from the second batch on.
+    while tracer.photons() < args.photons || tracer.batches() < 2 {
         if interrupt::is_asked() {
             keep(tracer)?;
             return Ok(false);
