@@ -64,12 +64,7 @@ fn rate(name: &str, mut scene: Scene, camera: bool) {
         })
         .collect();
     let audit = tracer.audit();
-    println!(
-        "| {name} | {:.1} M/s | {:.2} | {:.1} s |",
-        median(rates) * 1.0e-6,
-        audit.events as f64 / audit.photons as f64,
-        set_up
-    );
+    println!("| {name} | {:.1} M/s | {:.2} | {:.1} s |", median(rates) * 1.0e-6, audit.events as f64 / audit.photons as f64, set_up);
 }
 
 fn main() {

@@ -146,12 +146,12 @@ fn errors_of_names_name_the_field_and_what_was_perhaps_meant() {
             "time_s: 2.5",
             "¦when: 2.5",
             "found unknown field `when`, \
-         expected one of: title, image, camera, lights, environment, water, medium, objects, tone, time_s, techniques",
+         expected one of: title, image, camera, lights, environment, water, medium, smoke, objects, tone, time_s, techniques, trace",
         ),
         (
             "Dielectric(ior: 1.5",
             "Dielectric(¦iro: 1.5",
-            "found unknown field `objects[2].material.iro` (did you mean `ior`?), expected one of: ior, absorption",
+            "found unknown field `objects[2].material.iro` (did you mean `ior`?), expected one of: ior, abbe, absorption",
         ),
         (
             "UvSphere(radius_m: 0.5)",
@@ -389,7 +389,7 @@ fn errors_of_water_name_its_values() {
         ("water: (grid: ¦(1, 64))", "water.grid: found (1, 64), expected 2 ..= 4096 vertices along x and z"),
         (
             "water: Water(¦modl: Flat)",
-            "found unknown field `water.modl` (did you mean `model`?), expected one of: center_m, size_m, level_m, ior, grid, model",
+            "found unknown field `water.modl` (did you mean `model`?), expected one of: center_m, size_m, level_m, ior, abbe, grid, model",
         ),
         ("water: (model: Waves([(), (), (wavelength_m: ¦NaN)]))", "water.model[2].wavelength_m: found NaN, expected 0.001 ..= 100000 m"),
         ("water: (model: PipeFluid(drops: [(), (radius_m: ¦-1)]))", "water.model.drops[1].radius_m: found -1.0, expected 0.0001 ..= 100 m"),
@@ -398,7 +398,7 @@ fn errors_of_water_name_its_values() {
         (
             "water: (model: ¦Wave([]))",
             "water.model: found `Wave([])`, \
-             expected one of: Flat, Waves, CircularCosine, AxisCosine, PipeFluid, FftOcean (did you mean `Waves`?)",
+             expected one of: Flat, Tilted, Waves, CircularCosine, AxisCosine, PipeFluid, FftOcean (did you mean `Waves`?)",
         ),
     ];
     let edits: Vec<_> = edits.iter().map(|(to, rest)| ("medium: Custom", format!("{to}, medium: Custom"), *rest)).collect();
@@ -501,7 +501,7 @@ fn shipped_scenes_are_valid_and_say_what_they_exercise() {
     let analytic =
         ["cap", "cardioid", "crossed_sines", "flat_water", "glass_ball", "matched", "mirror_ring", "sine_water", "slab", "wedge"];
     let mut wanted: Vec<String> = analytic.iter().map(|name| format!("analytic/{name}.ron")).collect();
-    wanted.extend(["columns.ron", "pool.ron", "pots.ron"].map(str::to_owned));
+    wanted.extend(["columns.ron", "glass.ron", "pool.ron", "pots.ron"].map(str::to_owned));
     assert_eq!(names, wanted);
     for path in &shipped {
         let scene = scene::load(path).unwrap_or_else(|error| panic!("{error}"));

@@ -5,7 +5,8 @@
 //! camera, each with its standard error; and an audit of where the light went. Only light that met at least one specular surface is measured: this is
 //! what the layers `caustic_irradiance` and `godrays` mean.
 //!
-//! - `emit`: where photons start; `photon`: their life; `water`: the surface that they meet, exact or as a mesh; `world`: objects.
+//! - `emit`: where photons start; `photon`: their life; `water`: the surface that they meet, exact or as a mesh; `world`: objects,
+//!   found by `tree`.
 //! - `plane` and `cells` measure what lands, `beams` what is scattered, `statistics` adds up; `eye` follows view rays.
 //! - [`Tracer`] runs batches. A batch is cut into chunks that do not depend on the number of threads, results are added up in order and in 64
 //!   bits, and random numbers are functions of seed, batch and photon: the same bits on any number of threads, and after an interruption.
@@ -26,6 +27,7 @@ mod spectrum;
 mod state;
 mod statistics;
 mod tracer;
+mod tree;
 mod water;
 mod world;
 

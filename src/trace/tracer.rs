@@ -18,8 +18,9 @@ use super::photon::{Arrivals, Scratch, Travel, travel};
 use super::plane::Plane;
 use super::spectrum::{Wavelengths, index_at};
 use super::statistics::{Accumulator, Measured, Sorted};
+use super::tree::Hit;
 use super::water::WaterSurface;
-use super::world::{Hit, NONE, Surface, World};
+use super::world::{NONE, Surface, World};
 
 /// Photons that one thread sends at a time.
 const CHUNK: u32 = 4096;
@@ -89,7 +90,7 @@ impl Tracer {
     /// Loads meshes, finds out where photons must go, and lays the picture over what it shows.
     pub fn new(scene: &Scene, options: &TraceOptions) -> Result<Self, TraceError> {
         let water = WaterSurface::new(scene);
-        let world = World::new(scene, water.as_ref().map(|water| water.level - water.rise))?;
+        let world = World::new(scene, water.as_ref().map(|water| water.level - water.rise), options.level)?;
         let mut targets: Vec<[Vec3; 3]> = world.specular_triangles().collect();
         let mut bounds = world.bounds;
         if let Some(water) = &water {
@@ -350,7 +351,7 @@ fn on_diffuse_surfaces(points: &Points, world: &World) -> Points {
 /// no photons are needed for it.
 pub fn camera_points(scene: &Scene) -> Result<Vec<Option<Vec3>>, TraceError> {
     let water = WaterSurface::new(scene);
-    let world = World::new(scene, None)?;
+    let world = World::new(scene, None, Level::new())?;
     let eye = Eye::new(scene, &world, water.as_ref());
     let (columns, rows) = (scene.image.width, scene.image.height);
     let look = |pixel: u32| eye.look(f64::from(pixel % columns) + 0.5, f64::from(pixel / columns) + 0.5, |_| {}).map(|seen| seen.position);

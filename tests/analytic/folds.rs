@@ -1,17 +1,23 @@
 //! Laws at folds and cusps: T9.
 
-use nephroid::scene::Scene;
+use glam::Vec2;
+use nephroid::scene::{MeasuringPlane, Scene};
 use nephroid::trace::{TraceOptions, Tracer};
 
-use super::traced::{NOISE, Probe, Sensor, measure, measure_to, probes};
+use super::traced::{NOISE, Probe, Sensor, level_plane, measure, measure_to, probes};
 use super::truths::water::Sine;
-use super::waves::{row, sine_over_deep_floor};
+use super::waves::sine_over_deep_floor;
 
 /// The middle of the crest alone, from which all light near `x = 0` comes: fewer photons are wasted.
 fn one_crest() -> Scene {
     let mut scene = sine_over_deep_floor();
-    scene.water.as_mut().expect("the scene has water").size_m.x = 0.6;
+    scene.water.as_mut().expect("the scene has water").size_m = Vec2::splat(0.6);
     scene
+}
+
+/// A row of texels on the level y below that crest, along which nothing changes in z.
+fn row(y: f64, x: [f64; 2], columns: u32) -> MeasuringPlane {
+    level_plane(y, x, [-0.25, 0.25], (columns, 1))
 }
 
 /// Slope of the straight line through points, by least squares.

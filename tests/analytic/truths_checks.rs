@@ -277,13 +277,13 @@ fn ball_focuses_as_a_bundle_of_rays_does() {
         }
         // The value at a point is the mean of a small texel.
         for r in [0.11, 0.43] {
-            close(ball.mean([r - 3e-3, r + 3e-3], [-3e-3, 3e-3]), ball.irradiance(r, 0..9), 5e-3);
+            close(ball.mean([r - 3e-3, r + 3e-3], [-3e-3, 3e-3]), ball.irradiance(r, 0..7), 1e-2);
         }
     }
     let far = sphere::Ball { ior: 1.5, behind_center: 1.8 };
     close(far.irradiance(1e-5, 1..2), far.on_axis(), 1e-6);
     // Light reflected inside twice is focused on the axis as well: a spike of 1/r, six orders of magnitude thinner.
-    close(far.irradiance(0.02, 0..9), far.irradiance(0.02, 1..2), 1e-3);
+    close(far.irradiance(0.02, 0..7), far.irradiance(0.02, 1..2), 1e-3);
 }
 
 #[test]
@@ -375,22 +375,22 @@ fn parallel_light_in_a_ring_lands_as_rays_do() {
         // Over a level square at the height of the rim, through which all light passes that reaches the inside of the wall.
         let (x, z) = spread(i);
         let top = [2.0 * x - 1.0, 0.8, 2.0 * z - 1.0];
-        if top[0] * top[0] + top[2] * top[2] < 1.0 {
-            if let Some((landed, reflections)) = in_ring(top, along, 0.8) {
-                let r = libm::hypot(landed[0], landed[2]);
-                if r < ring.clean_radius() - 1e-9 {
-                    assert_eq!(reflections, 1, "{landed:?}");
-                }
-                if reflections == 1 {
-                    once += 1
-                } else {
-                    more += 1
-                }
-                let bin = |x: f64| ((x - low) / (high - low) * f64::from(texels_per_side)).floor();
-                let (column, row) = (bin(landed[0]), bin(landed[2]));
-                if (0.0..12.0).contains(&column) && (0.0..12.0).contains(&row) {
-                    texels[row as usize * 12 + column as usize] += 4.0 / f64::from(rays) / 0.01 * libm::sin(deg(45.0));
-                }
+        if top[0] * top[0] + top[2] * top[2] < 1.0
+            && let Some((landed, reflections)) = in_ring(top, along, 0.8)
+        {
+            let r = libm::hypot(landed[0], landed[2]);
+            if r < ring.clean_radius() - 1e-9 {
+                assert_eq!(reflections, 1, "{landed:?}");
+            }
+            if reflections == 1 {
+                once += 1
+            } else {
+                more += 1
+            }
+            let bin = |x: f64| ((x - low) / (high - low) * f64::from(texels_per_side)).floor();
+            let (column, row) = (bin(landed[0]), bin(landed[2]));
+            if (0.0..12.0).contains(&column) && (0.0..12.0).contains(&row) {
+                texels[row as usize * 12 + column as usize] += 4.0 / f64::from(rays) / 0.01 * libm::sin(deg(45.0));
             }
         }
     }

@@ -18,7 +18,7 @@ pub fn sine_over_deep_floor() -> Scene {
 }
 
 /// A row of texels across the waves on the level y, long in z, along which nothing changes.
-pub fn row(y: f64, x: [f64; 2], columns: u32) -> MeasuringPlane {
+fn row(y: f64, x: [f64; 2], columns: u32) -> MeasuringPlane {
     level_plane(y, x, [-2.5, 2.5], (columns, 1))
 }
 
@@ -35,8 +35,8 @@ fn sine_wave_has_the_whole_curve_before_at_and_behind_its_focus() {
         let plane = row(
             wave.level(part * wave.focus_depth()),
             // The focus is inside of a texel, where rounding does not move light across an edge.
-            [-0.61, 0.61],
-            61,
+            [-0.62, 0.62],
+            31,
         );
         let y = level_of(&plane);
         scene.trace.plane = Some(plane);
@@ -76,13 +76,13 @@ fn ramp_measures_the_section_with_its_own_cosine() {
     let wave = Sine::SHIPPED;
     let mut scene = scene("sine_water.ron");
     let plane = scene.trace.plane.as_mut().expect("the scene has a plane");
-    plane.texels = (16, 16);
+    plane.texels = (8, 8);
     let (corner, u, v) = (plane.corner.as_dvec3(), plane.u.as_dvec3(), plane.v.as_dvec3());
     let mut all = Vec::new();
-    for row in 0..16 {
-        for column in 0..16 {
-            let x = [0, 1].map(|end| corner.x + u.x * f64::from(column + end) / 16.0);
-            let y = |at: f64| corner.y + v.y * (f64::from(row) + at) / 16.0;
+    for row in 0..8 {
+        for column in 0..8 {
+            let x = [0, 1].map(|end| corner.x + u.x * f64::from(column + end) / 8.0);
+            let y = |at: f64| corner.y + v.y * (f64::from(row) + at) / 8.0;
             let mean = super::truths::integrate(0.0, 1.0, 1, |at| wave.mean(x[0], x[1], y(at)));
             all.push(Probe::white(column, row, mean * FRAC_1_SQRT_2));
         }

@@ -25,7 +25,7 @@ pub trait Rings {
     fn mean(&self, [x0, x1]: [f64; 2], [z0, z1]: [f64; 2]) -> f64 {
         let (greatest, orders) = self.domain();
         // b = sin u keeps steps small at grazing incidence, where things change as the root of 1 - b.
-        let steps = 100_000;
+        let steps = 50_000;
         let width = libm::asin(greatest) / f64::from(steps);
         let mut sum = 0.0;
         for step in 0..steps {
@@ -170,8 +170,8 @@ pub struct Ball {
 }
 
 impl Ball {
-    /// Sequences taken into account; what is left over is below R⁸.
-    const ORDERS: u32 = 9;
+    /// Sequences taken into account; what is left over is below R⁶.
+    const ORDERS: u32 = 7;
 
     /// Paraxial focus, behind the centre: `n R / (2(n − 1))`.
     pub fn focus(&self) -> f64 {
