@@ -105,8 +105,8 @@ struct Memory {
     events: u32,
     /// Triangle that it comes from.
     skip: u32,
-    /// Bodies of glass it is in, innermost last.
-    inside: [u32; NESTING],
+    /// Bodies of glass it is in, innermost last; scenes have at most 4096 objects.
+    inside: [u16; NESTING],
     depth: u8,
     wet: bool,
     specular: bool,
@@ -190,7 +190,7 @@ fn begin(travel: &Travel<'_>, starts: &[Start], first: u32, scratch: &mut Scratc
             number: first + lane as u32,
             events: 0,
             skip: NONE,
-            inside: [NONE; NESTING],
+            inside: [0; NESTING],
             depth: 0,
             wet,
             specular: false,
@@ -384,7 +384,7 @@ impl One<'_, '_> {
         match (self.photon.depth, self.photon.wet) {
             (0, false) => Place::Air,
             (0, true) => Place::Water,
-            (depth, _) => Place::Glass(self.photon.inside[depth as usize - 1]),
+            (depth, _) => Place::Glass(u32::from(self.photon.inside[depth as usize - 1])),
         }
     }
 
@@ -411,6 +411,9 @@ impl One<'_, '_> {
             }
             Place::Water => {
                 let medium = &travel.medium;
+                if medium.sigma_t() == Vec3::ZERO {
+                    return;
+                }
                 if travel.beams && self.photon.specular && medium.sigma_s != Vec3::ZERO {
                     self.arrivals.beams.push(Beam { origin, direction, length, flux: before, place, key: self.photon.number });
                 }
@@ -507,7 +510,7 @@ impl One<'_, '_> {
             self.arrivals.audit.normals_replaced += 1;
             normal = face;
         }
-        let within = self.photon.inside[..self.photon.depth as usize].contains(&object);
+        let within = self.photon.inside[..self.photon.depth as usize].contains(&(object as u16));
         if entering == within {
             // A ray so close to an edge that rounding has put its start beyond the next triangle; or a body that passes through itself.
             self.arrivals.audit.unexpected_sides += 1;
@@ -533,7 +536,7 @@ impl One<'_, '_> {
     /// Refractive index at the photon's place; with an object and a point, of what is there once that object is left.
     fn index_here(&self, leaving: Option<(u32, Vec3)>) -> f32 {
         let bodies = &self.photon.inside[..self.photon.depth as usize];
-        let innermost = bodies.iter().rev().find(|&&body| leaving.is_none_or(|(object, _)| body != object));
+        let innermost = bodies.iter().rev().find(|&&body| leaving.is_none_or(|(object, _)| u32::from(body) != object));
         let wet = match leaving {
             Some((_, p)) => self.travel.water.is_some_and(|water| water.holds(p)),
             None => self.photon.wet,
@@ -551,12 +554,12 @@ impl One<'_, '_> {
         let depth = photon.depth as usize;
         if entering {
             if depth < NESTING {
-                photon.inside[depth] = object;
+                photon.inside[depth] = object as u16;
                 photon.depth += 1;
             }
             return;
         }
-        if let Some(place) = photon.inside[..depth].iter().position(|&body| body == object) {
+        if let Some(place) = photon.inside[..depth].iter().position(|&body| u32::from(body) == object) {
             photon.inside.copy_within(place + 1..depth, place);
             photon.depth -= 1;
         }

@@ -6,7 +6,7 @@
 //! kind, sixteen rays at a time; the second kind goes one by one.
 
 use crate::math::lanes::{Lanes, Mask as _};
-use crate::math::vector::V3;
+use crate::math::vector::{V3, v3};
 
 use super::{Heights, WaterSurface};
 
@@ -61,8 +61,12 @@ pub fn crossings<L: Lanes, H: Heights>(surface: &WaterSurface, heights: &H, rays
     if winding.any() {
         t = march_lanes(surface, heights, rays, winding, t);
     }
+    let met = t.lt(infinite);
+    if !met.any() {
+        return Crossing { t, normal: v3(zero, zero, zero) };
+    }
     // A finite stand-in where nothing is met: a normal of infinity is no number.
-    let at = L::select(t.lt(infinite), t, zero);
+    let at = L::select(met, t, zero);
     let normal = heights.normal(rays.origin.x + d.x * at, rays.origin.z + d.z * at);
     Crossing { t, normal }
 }
