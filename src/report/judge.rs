@@ -135,7 +135,7 @@ pub fn judge(judged: &Judged<'_>) -> Vec<Verdict> {
         verdicts.push(Verdict { name: "rel_mse_net", value: rel_mse(pair, epsilon).map(|value| value - noise(pair, variance, epsilon)) });
     }
     verdicts.push(Verdict { name: "psnr", value: psnr(pair, if judged.display { 1.0 } else { white }) });
-    verdicts.push(Verdict { name: "ssim", value: shown(judged, white, |pair| ssim(pair)) });
+    verdicts.push(Verdict { name: "ssim", value: shown(judged, white, ssim) });
     verdicts.push(Verdict { name: "flip", value: flip(judged) });
     verdicts.push(Verdict { name: "ridge_px", value: ridge.clone().map(|ridge| ridge.mean_px) });
     verdicts.push(Verdict { name: "ridge_p95_px", value: ridge.map(|ridge| ridge.p95_px) });

@@ -90,13 +90,13 @@ impl Accumulator {
     }
 
     /// Adds deposits to the batch at hand, chunk by chunk; strips of texels go in parallel.
-    pub fn add<'a>(&mut self, chunks: &[&'a Sorted]) {
+    pub fn add(&mut self, chunks: &[&Sorted]) {
         self.texels.par_chunks_mut(STRIP).enumerate().for_each(|(strip, texels)| {
             for chunk in chunks {
                 for deposit in chunk.strip(strip) {
                     let texel = &mut texels[deposit.texel as usize % STRIP];
-                    for c in 0..3 {
-                        texel.batch[c] += f64::from(deposit.value[c]);
+                    for (sum, value) in texel.batch.iter_mut().zip(deposit.value) {
+                        *sum += f64::from(value);
                     }
                 }
             }
@@ -106,9 +106,8 @@ impl Accumulator {
     /// Adds one value per texel, computed in parallel, to the batch at hand.
     pub fn add_each(&mut self, value: impl Fn(usize) -> [f64; 3] + Sync) {
         self.texels.par_iter_mut().enumerate().with_min_len(256).for_each(|(index, texel)| {
-            let value = value(index);
-            for c in 0..3 {
-                texel.batch[c] += value[c];
+            for (sum, value) in texel.batch.iter_mut().zip(value(index)) {
+                *sum += value;
             }
         });
     }
