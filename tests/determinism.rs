@@ -14,7 +14,22 @@ use nephroid::pipeline::shader::ShaderWidth;
 use nephroid::pipeline::{DeviceOptions, Observer, PassOutput, Texture};
 use nephroid::scene::Scene;
 
-const SCENES: [&str; 5] = ["pool.ron", "pots.ron", "columns.ron", "analytic/flat_water.ron", "analytic/sine_water.ron"];
+const SCENES: [&str; 14] = [
+    "pool.ron",
+    "pots.ron",
+    "columns.ron",
+    "glass.ron",
+    "analytic/flat_water.ron",
+    "analytic/sine_water.ron",
+    "analytic/crossed_sines.ron",
+    "analytic/wedge.ron",
+    "analytic/matched.ron",
+    "analytic/slab.ron",
+    "analytic/cap.ron",
+    "analytic/glass_ball.ron",
+    "analytic/mirror_ring.ron",
+    "analytic/cardioid.ron",
+];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

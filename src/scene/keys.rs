@@ -13,6 +13,7 @@ use super::light::{Aim, Light};
 use super::medium::Medium;
 use super::names::nearest;
 use super::settings::{EyeRefraction, Faces, Radiometry};
+use super::trace::MeasuringPlane;
 use super::water::{AxisCosine, CircularCosine, OceanSettings, Water, WaterModel};
 
 /// One key: what it means, and how to read and write it.
@@ -216,6 +217,22 @@ impl Value for Option<(u32, u32)> {
 
     fn write(&self) -> String {
         self.map_or_else(|| "none".to_owned(), |size| size.write())
+    }
+}
+
+impl Value for Option<MeasuringPlane> {
+    /// `none` or `0,0,0;1,0,0;0,0,1;64x32`: corner, u, v and texels.
+    fn read(text: &str) -> Option<Self> {
+        if text.eq_ignore_ascii_case("none") {
+            return Some(None);
+        }
+        let parts: Vec<&str> = text.split(';').map(str::trim).collect();
+        let [corner, u, v, texels] = *parts.as_slice() else { return None };
+        Some(Some(MeasuringPlane { corner: Value::read(corner)?, u: Value::read(u)?, v: Value::read(v)?, texels: Value::read(texels)? }))
+    }
+
+    fn write(&self) -> String {
+        self.map_or_else(|| "none".to_owned(), |p| format!("{};{};{};{}", p.corner.write(), p.u.write(), p.v.write(), p.texels.write()))
     }
 }
 
@@ -538,6 +555,15 @@ pub const SETTINGS: &[Setting] = &[
         "Water mesh that the ground truth's light meets, in place of the exact surface.",
         |scene| scene.trace.grid
     ),
+    Setting {
+        key: "trace.plane",
+        doc: "A rectangle over which the ground truth measures irradiance: its corner, its two sides, and the texels along each.",
+        unit: "m, m, m, texels",
+        default: "none",
+        allowed: "none, or x,y,z;x,y,z;x,y,z;COLUMNSxROWS with each count from 1 to 8192",
+        get: |scene| Some(scene.trace.plane.write()),
+        set: |scene, text| write_to(&mut scene.trace.plane, text),
+    },
     Setting {
         key: "trace.beam_width_m",
         doc: "Width over which the ground truth spreads the light of one photon's path across the view.",

@@ -39,6 +39,8 @@ pub(super) struct Emitter {
     cells: Vec<Cell>,
     /// Where each cell starts on the line, in W summed over RGB; one more entry for the end.
     starts: Vec<f64>,
+    /// One over the length of each cell on the line.
+    inverse_lengths: Vec<f64>,
 }
 
 struct Source {
@@ -72,7 +74,7 @@ struct Footprint {
 impl Emitter {
     /// Marks, for every light, the triangles given.
     pub fn new(lights: &[Light], bounds: Aabb, targets: &[[Vec3; 3]]) -> Self {
-        let mut emitter = Self { lights: Vec::new(), cells: Vec::new(), starts: vec![0.0] };
+        let mut emitter = Self { lights: Vec::new(), cells: Vec::new(), starts: vec![0.0], inverse_lengths: Vec::new() };
         for light in lights {
             emitter.add(light, bounds, targets);
         }
@@ -110,8 +112,10 @@ impl Emitter {
             let flux = colour * domain.cell_measure(row);
             if marked[(row * CELLS + column) as usize] && flux > 0.0 {
                 self.cells.push(Cell { light: number, column, row });
+                let start = end;
                 end += flux;
                 self.starts.push(end);
+                self.inverse_lengths.push(1.0 / (end - start));
             }
         }
         self.lights.push(Source { domain, strength });
@@ -129,7 +133,7 @@ impl Emitter {
             while cell + 1 < self.cells.len() && place >= self.starts[cell + 1] {
                 cell += 1;
             }
-            let share = (place - self.starts[cell]) / (self.starts[cell + 1] - self.starts[cell]);
+            let share = (place - self.starts[cell]) * self.inverse_lengths[cell];
             let bits = (share.clamp(0.0, 1.0) * 4_294_967_295.0) as u32;
             out.push(self.ray(self.cells[cell], bits, step));
         }

@@ -358,15 +358,16 @@ impl One<'_, '_> {
             None => self.water(p, lanes, lane),
             Some(hit) => {
                 self.photon.skip = hit.triangle;
+                let object = world.object(hit.triangle);
+                let surface = world.surfaces[object as usize];
+                if surface == Surface::Diffuse {
+                    self.land(p, direction, hit.triangle);
+                    return None;
+                }
                 let p = world.onto(hit.triangle, p, direction);
-                let object = self.travel.world.object(hit.triangle);
-                match self.travel.world.surfaces[object as usize] {
-                    Surface::Diffuse => {
-                        self.land(p, direction, hit.triangle);
-                        return None;
-                    }
+                match surface {
                     Surface::Mirror(reflectance) => self.mirror(p, direction, hit.triangle, reflectance),
-                    Surface::Glass { .. } => self.glass(p, direction, hit.triangle, object),
+                    _ => self.glass(p, direction, hit.triangle, object),
                 }
             }
         };
@@ -466,7 +467,7 @@ impl One<'_, '_> {
         }
         self.arrivals.audit.landed += watts;
         if let Some(cells) = self.travel.cells {
-            let normal = self.travel.world.face_normal(triangle);
+            let (p, normal) = (self.travel.world.onto(triangle, p, direction), self.travel.world.face_normal(triangle));
             let flux = self.flux;
             let pixels = &mut self.arrivals.pixels;
             cells.find(p, direction, normal, |pixel, weight| {

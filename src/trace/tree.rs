@@ -216,6 +216,11 @@ fn wide<S: Simd>(simd: S, tree: &Tree, probe: &Probe, limit: f32, skip: u32) -> 
 #[inline(always)]
 fn walk<L: Lanes>(token: L::Token, tree: &Tree, probe: &Probe, limit: f32, skip: u32) -> Option<Hit> {
     let mut best = Hit { t: limit, triangle: NONE };
+    if let ([_], [leaf]) = (tree.nodes.as_slice(), tree.leaves.as_slice()) {
+        // A few triangles: no box is quicker to ask than they are.
+        meet_leaf::<L>(token, leaf, probe, skip, &mut best);
+        return (best.triangle != NONE).then_some(best);
+    }
     let mut stack = ArrayVec::<(u32, f32), STACK>::new();
     stack.push((0, 0.0));
     while let Some((reference, entry)) = stack.pop() {
