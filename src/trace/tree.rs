@@ -1,8 +1,8 @@
 //! Rays against many triangles: a tree of sixteen boxes a node and up to sixteen triangles a leaf.
 //!
-//! `obvhs` builds the hierarchy, with two children a node. For rays that share nothing with their neighbours, as photons in glass, walking it two
-//! boxes at a time, or eight compressed ones, took two to three times as long as this: nodes are opened until they have sixteen children, and
-//! one ray meets all boxes of a node, or all triangles of a leaf, in the lanes of one register.
+//! `obvhs` builds the hierarchy, with two children a node. Here nodes are opened until they have sixteen children, and one ray meets all boxes of a
+//! node, or all triangles of a leaf, in the lanes of one register. Through `scenes/glass.ron`, where neighbouring rays share nothing, that took the
+//! tracer from 0.21 to 0.38 million photons a second against the library's own walk over eight compressed boxes.
 
 use arrayvec::ArrayVec;
 use fearless_simd::{Level, Simd, f32x16};

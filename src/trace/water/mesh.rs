@@ -3,7 +3,7 @@
 //! Light meets the flat triangles and is refracted at normals interpolated over them, so that what differs from the exact surface is the
 //! mesh alone, and what differs from a technique on the same mesh is the technique.
 
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, Mask as _};
 use crate::math::vector::{V3, v3};
 use crate::scene::water::HeightField;
 
@@ -98,8 +98,6 @@ impl MeshSurface {
         [L::load(token, &lanes[0]), L::load(token, &lanes[1]), L::load(token, &lanes[2])]
     }
 }
-
-use crate::math::lanes::Mask as _;
 
 impl Heights for MeshSurface {
     #[inline(always)]
