@@ -28,7 +28,8 @@ pub(super) fn depth_bias(pipeline: &RenderPipeline, slope: f32, exponent: u8) ->
             };
             units / ((1u32 << bits) - 1) as f32
         }
-        _ => f32::from_bits((u32::from(exponent).saturating_sub(23)).max(1) << 23),
+        // The unit in the last place of numbers that small, zero among them, is no normal number: drivers take it for 0.
+        _ => f32::from_bits(u32::from(exponent).saturating_sub(23) << 23),
     };
     let bias = state.bias.constant as f32 * step + state.bias.slope_scale * slope;
     let clamp = state.bias.clamp;
