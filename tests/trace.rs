@@ -231,6 +231,78 @@ fn a_fine_mesh_is_the_exact_surface() {
     assert!(coarse > 6.0, "17 vertices differ by {coarse} standard errors only");
 }
 
+/// Light from above goes down through smoke, is sent back up by a mirror, and is seen from the side. At height y it carries
+/// `E e^(−τ(column)) e^(−τ(0..y))`, and the eye gets `∫ σ_s ρ p(90°) · that · e^(−τ(to the eye)) ds`.
+#[test]
+fn smoke_of_any_density_scatters_what_quadrature_says() {
+    for density in ["Uniform", "Noise(scale_m: 0.6, octaves: 2, threshold: -0.6, cells: (12, 12, 12), seed: 3)"] {
+        let text = format!(
+            "(image: (width: 4, height: 4), \
+             camera: Orthographic(position: (0, 0.5, 3), target: (0, 0.5, 0), height_m: 0.6, near_m: 0.1, far_m: 9), \
+             lights: [Directional(aim: Along(0, -1, 0), irradiance: (1, 1, 1))], \
+             smoke: (min: (-0.5, 0, -0.5), max: (0.5, 1, 0.5), sigma_a: (0.3, 0.3, 0.3), sigma_s: (0.8, 0.8, 0.8), g: 0.3, density: {density}), \
+             objects: [(shape: Grid(size_m: (1.2, 1.2)), transform: (translate: (0, -0.01, 0)), material: Mirror(reflectance: (1, 1, 1)))], \
+             trace: (beam_width_m: 0.02))"
+        );
+        let scene = scene::parse(&text, "smoke", Path::new("")).expect("the scene is valid");
+        let smoke = scene.smoke.expect("there is smoke");
+        let grid = smoke.density_grid();
+        let density = |p: [f64; 3]| {
+            let corners = grid.corners.map(|c| c as usize);
+            let mut sum = 0.0;
+            let cell: Vec<(usize, f64)> = (0..3)
+                .map(|k| {
+                    let at = ((p[k] - f64::from(smoke.min[k])) * (corners[k] - 1) as f64).clamp(0.0, (corners[k] - 1) as f64);
+                    let cell = (at as usize).min(corners[k] - 2);
+                    (cell, at - cell as f64)
+                })
+                .collect();
+            for corner in 0..8_usize {
+                let pick = |k: usize| {
+                    let up = corner >> k & 1;
+                    (cell[k].0 + up, if up == 1 { cell[k].1 } else { 1.0 - cell[k].1 })
+                };
+                let ((x, wx), (y, wy), (z, wz)) = (pick(0), pick(1), pick(2));
+                sum += f64::from(grid.values[(z * corners[1] + y) * corners[0] + x]) * wx * wy * wz;
+            }
+            sum
+        };
+        const STEPS: usize = 96;
+        let middle = |k: usize| (k as f64 + 0.5) / STEPS as f64;
+        let phase = (1.0 - 0.3_f64 * 0.3) / (4.0 * std::f64::consts::PI * (1.0 + 0.3 * 0.3_f64) * (1.0 + 0.3 * 0.3_f64).sqrt());
+        let radiance = |x: f64, y: f64| {
+            let (mut to_eye, mut sum) = (0.0, 0.0);
+            for k in 0..STEPS {
+                let z = 0.5 - middle(k);
+                let here = density([x, y, z]);
+                let column: f64 = (0..STEPS).map(|j| density([x, middle(j), z]) / STEPS as f64).sum();
+                let below: f64 = (0..STEPS).map(|j| density([x, y * middle(j), z]) * y / STEPS as f64).sum();
+                to_eye += 0.5 * here / STEPS as f64;
+                sum += 0.8 * here * phase * libm::exp(-1.1 * (column + below + to_eye)) / STEPS as f64;
+                to_eye += 0.5 * here / STEPS as f64;
+            }
+            sum
+        };
+        let mut tracer = Tracer::new(&scene, &options(false, true)).expect("the scene can be traced");
+        tracer.run(3_000_000);
+        let seen = tracer.volume().expect("it was asked for");
+        let worst = |factor: f64| {
+            let mut worst = 0.0_f64;
+            for row in 0..4 {
+                for column in 0..4 {
+                    let (x, y) = (-0.225 + 0.15 * f64::from(column), 0.725 - 0.15 * f64::from(row));
+                    let (mean, error) = (seen.mean(column, row)[0], seen.standard_error(column, row)[0]);
+                    assert!(error < 0.02 * mean, "({column}, {row}): {mean} ± {error}");
+                    worst = worst.max((mean - factor * radiance(x, y)).abs() / (error + 2.0e-3 * mean));
+                }
+            }
+            worst
+        };
+        assert!(worst(1.0) < 4.0, "off by {} errors", worst(1.0));
+        assert!(worst(1.1) > 4.0, "the check cannot tell a tenth");
+    }
+}
+
 #[test]
 fn scenes_without_caustics_are_told() {
     let dry = "(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), lights: [Point(position: (0, 2, 0), intensity: (1, 1, 1))], \

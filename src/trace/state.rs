@@ -1,5 +1,7 @@
 //! A run as bytes, so that it can go on after an interruption: the same bits as if there had been none.
 
+use crate::scene::{Scene, Source};
+
 use super::audit::Audit;
 use super::error::TraceError;
 use super::statistics::Accumulator;
@@ -22,11 +24,20 @@ struct Header {
     sum: u64,
 }
 
+/// FNV-1a.
 fn check_sum(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 impl Tracer {
+    /// Names everything that results depend on, apart from the number of photons; of meshes from files, their bounds.
+    fn fingerprint(&self) -> u64 {
+        let scene = Scene { source: Source::default(), title: String::new(), ..self.scene().clone() };
+        let (options, bounds) = (&self.options, self.world.bounds);
+        let text = format!("{scene:?} {} {} {} {:?} {bounds:?}", options.seed, options.camera, options.volume, options.points);
+        check_sum(text.as_bytes())
+    }
+
     /// All that the run has measured, to be taken up by [`Tracer::restore`].
     #[must_use]
     pub fn state(&self) -> Vec<u8> {

@@ -147,8 +147,8 @@ impl Accumulator {
     }
 
     /// Relative error of what a texel is: the root of the mean square of standard errors, over the mean of means, in the channel that
-    /// has most light.
-    pub fn noise(&self) -> f64 {
+    /// has most light; over the `count` texels that measure anything.
+    pub fn noise(&self, count: usize) -> f64 {
         let mut totals = [[0.0_f64; 2]; 3];
         for index in 0..self.len() {
             let (mean, error) = self.measure(index, 1.0);
@@ -157,7 +157,7 @@ impl Accumulator {
                 totals[c][1] += error[c] * error[c];
             }
         }
-        let count = self.len() as f64;
+        let count = count as f64;
         let brightest = totals.iter().fold([0.0, f64::INFINITY], |best: [f64; 2], total| if total[0] > best[0] { *total } else { best });
         if brightest[0] > 0.0 { (brightest[1] / count).sqrt() / (brightest[0] / count) } else { f64::INFINITY }
     }

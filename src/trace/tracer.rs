@@ -61,7 +61,7 @@ impl Default for TraceOptions {
 /// Traces photons through a scene and measures where they land. The bits of a result depend on scene, options and number of photons alone.
 pub struct Tracer {
     scene: Scene,
-    options: TraceOptions,
+    pub(super) options: TraceOptions,
     pub(super) world: World,
     water: Option<WaterSurface>,
     smoke: Option<SmokeBox>,
@@ -315,18 +315,10 @@ impl Tracer {
     /// The largest relative error of what is measured: root mean square of standard errors over mean value.
     #[must_use]
     pub fn noise(&self) -> f64 {
-        let run = [&self.run.plane, &self.run.pixels, &self.run.volume];
-        run.into_iter().flatten().map(Accumulator::noise).fold(0.0, f64::max)
-    }
-
-    /// Names everything that results depend on, apart from the number of photons.
-    pub(super) fn fingerprint(&self) -> u64 {
-        let scene = Scene { source: crate::scene::Source::default(), title: String::new(), ..self.scene.clone() };
-        let (options, bounds) = (&self.options, self.world.bounds);
-        let points = options.points.as_ref().map(|p| format!("{p:?}"));
-        let text = format!("{scene:?} {} {} {} {points:?} {bounds:?}", options.seed, options.camera, options.volume);
-        // FNV-1a: any change of the text changes it.
-        text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+        let shown = self.cells.as_ref().map_or(0, |cells| cells.valid.iter().filter(|valid| **valid).count());
+        let pixels = self.run.pixels.iter().map(|pixels| pixels.noise(shown));
+        let others = [&self.run.plane, &self.run.volume].into_iter().flatten().map(|all| all.noise(all.len()));
+        pixels.chain(others).fold(0.0, f64::max)
     }
 }
 
