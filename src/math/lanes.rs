@@ -239,6 +239,13 @@ impl<S: Simd> Mask for mask32x16<S> {
     }
 }
 
+/// Whether the level's minimum and maximum are a comparison and a select to the bit, the second operand where either is NaN or both are zero:
+/// those of x86's vectors are, those of scalar code and of other processors are not.
+#[inline(always)]
+fn has_this_minimum<S: Simd>(lanes: f32x16<S>) -> bool {
+    cfg!(any(target_arch = "x86", target_arch = "x86_64")) && !lanes.token().level().is_fallback()
+}
+
 impl<S: Simd> Lanes for f32x16<S> {
     type Mask = mask32x16<S>;
     type Token = S;
@@ -285,6 +292,14 @@ impl<S: Simd> Lanes for f32x16<S> {
         Select::select(mask, if_true, if_false)
     }
     #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if has_this_minimum(self) { SimdBase::min(self, other) } else { Self::select(self.lt(other), self, other) }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if has_this_minimum(self) { SimdBase::max(self, other) } else { Self::select(other.lt(self), self, other) }
+    }
+    #[inline(always)]
     fn lt(self, other: Self) -> mask32x16<S> {
         SimdBase::simd_lt(self, other)
     }
@@ -323,4 +338,37 @@ impl<S: Simd> Lanes for f32x16<S> {
 #[inline(always)]
 pub fn lanes_from_i32<S: Simd>(ints: i32x16<S>) -> f32x16<S> {
     f32x16::float_from(ints)
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+
+    use super::*;
+    use crate::math::level::available_levels;
+
+    /// NaN and both zeros beside ordinary numbers, so that processors' own minima and maxima are held to the definition.
+    #[test]
+    fn minimum_and_maximum_give_the_second_operand_where_a_comparison_is_false() {
+        const VALUES: [f32; 7] = [f32::NAN, -0.0, 0.0, 1.0, -1.0, f32::INFINITY, f32::NEG_INFINITY];
+        #[inline(always)]
+        fn both<S: Simd>(simd: S, a: f32, b: f32) -> [[f32; 16]; 2] {
+            let (a, b): (f32x16<S>, f32x16<S>) = (Lanes::splat(simd, a), Lanes::splat(simd, b));
+            [Lanes::to_array(Lanes::min(a, b)), Lanes::to_array(Lanes::max(a, b))]
+        }
+        for (name, level) in available_levels() {
+            for a in VALUES {
+                for b in VALUES {
+                    let expected = [Lanes::min(a, b), Lanes::max(a, b)];
+                    let found = dispatch!(level, simd => both(simd, a, b));
+                    for (found, expected) in found.iter().zip(expected) {
+                        assert!(
+                            found.iter().all(|v| v.to_bits() == expected.to_bits()),
+                            "{a} and {b} at {name}: {found:?}, not {expected}"
+                        );
+                    }
+                }
+            }
+        }
+    }
 }

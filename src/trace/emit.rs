@@ -45,6 +45,8 @@ pub(super) struct Emitter {
 
 struct Source {
     domain: Domain,
+    /// Mean over each row of cells of the share of the intensity that goes its way.
+    falloffs: Vec<f64>,
     /// Irradiance (parallel light) or intensity (others), linear RGB.
     strength: Vec3,
 }
@@ -106,10 +108,11 @@ impl Emitter {
         }
         let number = self.lights.len() as u32;
         let colour = f64::from(strength.x) + f64::from(strength.y) + f64::from(strength.z);
+        let falloffs: Vec<f64> = (0..CELLS).map(|row| domain.mean_falloff(row)).collect();
         let mut end = self.total_w();
         for code in 0..CELLS * CELLS {
             let (column, row) = (every_other_bit(code), every_other_bit(code >> 1));
-            let flux = colour * domain.cell_measure(row);
+            let flux = colour * domain.cell_measure() * falloffs[row as usize];
             if marked[(row * CELLS + column) as usize] && flux > 0.0 {
                 self.cells.push(Cell { light: number, column, row });
                 let start = end;
@@ -118,7 +121,7 @@ impl Emitter {
                 self.inverse_lengths.push(1.0 / (end - start));
             }
         }
-        self.lights.push(Source { domain, strength });
+        self.lights.push(Source { domain, falloffs, strength });
     }
 
     /// Starts of photons `first..first + out.len()` of a batch of `count`, whose random numbers `seed` and `batch` choose.
@@ -151,7 +154,8 @@ impl Emitter {
         let v = (f64::from(cell.row) + (f64::from(every_other_bit(bits >> 1)) + 0.5) / 65536.0) / f64::from(CELLS);
         let strength = source.strength;
         let colour = strength / (strength.x + strength.y + strength.z);
-        let (origin, direction, weight) = source.domain.ray(u, v, cell.row);
+        let (origin, direction, falloff) = source.domain.ray(u, v);
+        let weight = falloff / source.falloffs[cell.row as usize];
         Start { origin, direction, flux: colour * (step * weight) as f32 }
     }
 }
@@ -213,12 +217,12 @@ impl Domain {
         Self::Cone { position, axis, side, up, lowest: sin_cos_deg(outer_deg).1, spot: Some((inner_deg, outer_deg)) }
     }
 
-    /// Area in m² (parallel light) or solid angle in sr (others, times the mean of the spot's falloff) of a cell in a row.
-    fn cell_measure(&self, row: u32) -> f64 {
+    /// Area in m² (parallel light) or solid angle in sr (others) of a cell.
+    fn cell_measure(&self) -> f64 {
         let cells = f64::from(CELLS);
         match *self {
             Self::Parallel { side, up, .. } => side.length() * up.length() / (cells * cells),
-            Self::Cone { lowest, .. } => std::f64::consts::TAU * (1.0 - lowest) / (cells * cells) * self.mean_falloff(row),
+            Self::Cone { lowest, .. } => std::f64::consts::TAU * (1.0 - lowest) / (cells * cells),
         }
     }
 
@@ -233,8 +237,8 @@ impl Domain {
         (0..SAMPLES).fold(0.0, |sum, k| sum + at(k)) / f64::from(SAMPLES)
     }
 
-    /// The ray at two coordinates in a row of cells, and its flux relative to the row's mean.
-    fn ray(&self, u: f64, v: f64, row: u32) -> (Vec3, Vec3, f64) {
+    /// The ray at two coordinates, and the share of the intensity that goes its way.
+    fn ray(&self, u: f64, v: f64) -> (Vec3, Vec3, f64) {
         match *self {
             Self::Parallel { direction, origin, side, up } => ((origin + side * u + up * v).as_vec3(), direction, 1.0),
             Self::Cone { position, axis, side, up, lowest, spot } => {
@@ -242,20 +246,16 @@ impl Domain {
                 let sin = (1.0 - cos * cos).max(0.0).sqrt();
                 let (s, c) = libm::sincos(std::f64::consts::TAU * u);
                 let direction = axis * cos + (side * c + up * s) * sin;
-                let weight = spot.map_or(1.0, |(inner_deg, outer_deg)| {
-                    f64::from(spot_falloff(cos as f32, inner_deg, outer_deg)) / self.mean_falloff(row)
-                });
-                (position, direction.as_vec3().normalize(), weight)
+                let falloff = spot.map_or(1.0, |(inner_deg, outer_deg)| f64::from(spot_falloff(cos as f32, inner_deg, outer_deg)));
+                (position, direction.as_vec3().normalize(), falloff)
             }
         }
     }
 
-    /// Marks every cell in which part of a triangle may be seen: those its bounding sphere covers, after cutting it until that is small.
+    /// Marks every cell in which part of a triangle may be seen: those its footprint covers, after cutting it until that is small.
     fn mark(&self, triangle: [Vec3; 3], depth: u32, marked: &mut [bool]) {
         let [a, b, c] = triangle;
-        let center = (a + b + c) / 3.0;
-        let radius = triangle.iter().fold(0.0_f32, |most, p| most.max(p.distance(center))) * 1.000_01;
-        let Some(footprint) = self.footprint(center.as_dvec3(), f64::from(radius)) else { return };
+        let Some(footprint) = self.footprint(triangle) else { return };
         let small = footprint.columns.1 - footprint.columns.0 <= 2.0 && footprint.rows.1 - footprint.rows.0 <= 2.0;
         if small || depth == MAX_DEPTH {
             let (first, last) = (footprint.rows.0.floor().max(0.0), footprint.rows.1.floor().min(f64::from(CELLS) - 1.0));
@@ -277,19 +277,24 @@ impl Domain {
         }
     }
 
-    /// The coordinates, in cells, that a sphere covers; `None` outside of the light's range.
-    fn footprint(&self, center: DVec3, radius: f64) -> Option<Footprint> {
+    /// The coordinates, in cells, that hold a triangle, or the sphere around one; `None` outside of the light's range.
+    fn footprint(&self, triangle: [Vec3; 3]) -> Option<Footprint> {
         let cells = f64::from(CELLS);
         match *self {
             Self::Parallel { origin, side, up, .. } => {
-                let offset = center - origin;
-                let (u, v) = (offset.dot(side) / side.length_squared(), offset.dot(up) / up.length_squared());
-                let (du, dv) = (radius / side.length(), radius / up.length());
-                Some(Footprint { columns: ((u - du) * cells, (u + du) * cells), rows: ((v - dv) * cells, (v + dv) * cells) })
+                let along = |axis: DVec3| {
+                    let places = triangle.map(|p| (p.as_dvec3() - origin).dot(axis) / axis.length_squared() * cells);
+                    // A little more, for rounding.
+                    let slack = 1.0e-6;
+                    (places.into_iter().fold(f64::INFINITY, f64::min) - slack, places.into_iter().fold(f64::NEG_INFINITY, f64::max) + slack)
+                };
+                Some(Footprint { columns: along(side), rows: along(up) })
             }
             Self::Cone { position, axis, side, up, lowest, .. } => {
                 let all = Footprint { columns: (0.0, cells), rows: (0.0, cells - 1.0) };
-                let offset = center - position.as_dvec3();
+                let center = (triangle[0] + triangle[1] + triangle[2]) / 3.0;
+                let radius = f64::from(triangle.iter().fold(0.0_f32, |most, p| most.max(p.distance(center))) * 1.000_01);
+                let offset = center.as_dvec3() - position.as_dvec3();
                 let distance = offset.length();
                 if distance <= radius * 1.001 {
                     return Some(all);

@@ -10,8 +10,9 @@ use crate::math::vector::v3;
 use crate::scene::{Camera, Scene};
 
 use super::media::Place;
+use super::tree::NONE;
 use super::water::{Rays, WaterSurface};
-use super::world::{NONE, Surface, World};
+use super::world::{Surface, World};
 
 /// Most times that a ray meets the water.
 const MAX_CROSSINGS: u32 = 8;
@@ -108,7 +109,7 @@ impl<'a> Eye<'a> {
             stretch(Stretch { origin, direction, length, place, throughput });
             if let Some(hit) = hit {
                 let object = self.world.object(hit.triangle);
-                let normal = self.world.face_normal(hit.triangle);
+                let normal = self.world.facet(hit.triangle).normal();
                 let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
                 let diffuse = self.world.surfaces[object as usize] == Surface::Diffuse;
                 return Some(Seen { position: origin + direction * length, normal, object, diffuse });

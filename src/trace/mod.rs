@@ -29,6 +29,7 @@ mod statistics;
 mod tracer;
 mod tree;
 mod water;
+mod wave;
 mod world;
 
 pub use audit::Audit;

@@ -1,18 +1,12 @@
-//! The life of a photon: from surface to surface until it lands, is absorbed, or leaves.
+//! What a surface and a stretch of its way do to one photon.
 //!
 //! A photon is never split. At a smooth boundary it is refracted or reflected, with the chance that Fresnel's law gives each, and takes all of its
 //! flux along; media take their share on the way. So every photon has one end and the audit closes to rounding.
-//!
-//! Photons go in waves of [`WAVE`]. Each step first meets the whole wave with the water, sixteen at a time (`StepWater`), then looks photon
-//! by photon whether an object is nearer. What is left of the wave moves up and goes on.
 
-use fearless_simd::{Level, Simd, f32x16};
-use fearless_simd_macros::simd;
+use fearless_simd::Level;
 use glam::Vec3;
 
 use crate::geom::Ray;
-use crate::math::lanes::{Lanes, Mask as _};
-use crate::math::level::wide_dispatch;
 use crate::math::optics::{fresnel_reflectance, reflect, refract};
 use crate::math::rng::{rng3, unit_from_bits};
 use crate::math::vector::{V3, v3};
@@ -21,15 +15,13 @@ use crate::scene::Medium;
 use super::audit::{Audit, sum};
 use super::beams::Beam;
 use super::cells::Cells;
-use super::emit::{Emitter, Start};
+use super::emit::Emitter;
 use super::media::{Place, SmokeBox, Tracking, even_transmittance, water_share};
 use super::plane::Plane;
 use super::statistics::Deposit;
-use super::water::{Heights, OverHeights, Rays, WaterSurface, crossings};
-use super::world::{NONE, Surface, World};
-
-/// Photons that step together.
-const WAVE: usize = 512;
+use super::tree::NONE;
+use super::water::WaterSurface;
+use super::world::{Facet, Surface, World};
 
 /// Bodies of glass that can overlap at one place.
 const NESTING: usize = 4;
@@ -80,7 +72,7 @@ pub(super) struct Travel<'a> {
 impl Travel<'_> {
     /// A number uniform in `[0, 1)` for each photon and surface: below the reflectance, the photon is reflected.
     #[inline(always)]
-    fn choice(&self, number: u32, events: u32) -> f32 {
+    pub fn choice(&self, number: u32, events: u32) -> f32 {
         unit_from_bits(rng3(self.seed ^ STREAM_CHOICE, self.batch.wrapping_mul(0x9e37_79b9) ^ events, number)[0])
     }
 }
@@ -98,13 +90,17 @@ pub(super) struct Arrivals {
     pub audit: Audit,
 }
 
-/// What one photon remembers beside the numbers in its lane.
+/// A photon, but for its place and direction.
 #[derive(Clone, Copy)]
-struct Memory {
-    number: u32,
-    events: u32,
+pub(super) struct Photon {
+    /// Its number in the batch.
+    pub number: u32,
+    /// Surfaces that it has met.
+    pub events: u32,
     /// Triangle that it comes from.
-    skip: u32,
+    pub skip: u32,
+    /// What it carries, W.
+    pub flux: Vec3,
     /// Bodies of glass it is in, innermost last; scenes have at most 4096 objects.
     inside: [u16; NESTING],
     depth: u8,
@@ -112,267 +108,87 @@ struct Memory {
     specular: bool,
 }
 
-/// Numbers of all photons of a wave, one array per coordinate.
-struct Lanewise {
-    origin: [[f32; WAVE]; 3],
-    direction: [[f32; WAVE]; 3],
-    /// 1 above the water, −1 below, 0 inside glass.
-    side: [f32; WAVE],
-    /// Number of the photon in its batch, and of surfaces it has met.
-    number: [u32; WAVE],
-    events: [u32; WAVE],
-    /// Distance to the water.
-    t: [f32; WAVE],
-    /// Normal of the water there, towards the photon.
-    normal: [[f32; WAVE]; 3],
-    /// Direction after the water.
-    onward: [[f32; WAVE]; 3],
-    /// 1 for photons that the water reflects.
-    reflected: [f32; WAVE],
-}
-
-/// Room for a wave; kept from wave to wave.
-pub(super) struct Scratch {
-    lanes: Box<Lanewise>,
-    memory: Vec<Memory>,
-    flux: Vec<Vec3>,
-    starts: Vec<Start>,
-}
-
-impl Scratch {
-    /// Room for a wave.
-    pub fn new() -> Self {
-        let lanes = Lanewise {
-            origin: [[0.0; WAVE]; 3],
-            direction: [[0.0; WAVE]; 3],
-            side: [0.0; WAVE],
-            number: [0; WAVE],
-            events: [0; WAVE],
-            t: [0.0; WAVE],
-            normal: [[0.0; WAVE]; 3],
-            onward: [[0.0; WAVE]; 3],
-            reflected: [0.0; WAVE],
-        };
-        Self { lanes: Box::new(lanes), memory: Vec::with_capacity(WAVE), flux: Vec::with_capacity(WAVE), starts: Vec::with_capacity(WAVE) }
+impl Photon {
+    /// As it leaves its light, which is not in glass.
+    pub fn new(number: u32, flux: Vec3, wet: bool) -> Self {
+        Self { number, events: 0, skip: NONE, flux, inside: [0; NESTING], depth: 0, wet, specular: false }
     }
-}
 
-/// Sends photons `first..first + number` of the batch on their way.
-pub(super) fn travel(travel: &Travel<'_>, first: u32, number: u32, scratch: &mut Scratch) -> Arrivals {
-    let mut arrivals = Arrivals::default();
-    let mut sent = 0;
-    while sent < number {
-        let count = (number - sent).min(WAVE as u32);
-        let mut starts = std::mem::take(&mut scratch.starts);
-        travel.emitter.start(travel.seed, travel.batch, first + sent, travel.batch_photons, &mut starts, count as usize);
-        begin(travel, &starts, first + sent, scratch, &mut arrivals.audit);
-        scratch.starts = starts;
-        while !scratch.memory.is_empty() {
-            step(travel, scratch, &mut arrivals);
-        }
-        sent += count;
-    }
-    arrivals
-}
-
-/// Puts photons into the lanes.
-fn begin(travel: &Travel<'_>, starts: &[Start], first: u32, scratch: &mut Scratch, audit: &mut Audit) {
-    scratch.memory.clear();
-    scratch.flux.clear();
-    for (lane, start) in starts.iter().enumerate() {
-        let flux = start.flux * travel.channels;
-        audit.emitted += sum(flux);
-        audit.photons += 1;
-        // Parallel light comes from outside, and no light is in glass.
-        let wet = travel.water.is_some_and(|water| water.holds(start.origin));
-        scratch.flux.push(flux);
-        scratch.memory.push(Memory {
-            number: first + lane as u32,
-            events: 0,
-            skip: NONE,
-            inside: [0; NESTING],
-            depth: 0,
-            wet,
-            specular: false,
-        });
-        (scratch.lanes.number[lane], scratch.lanes.events[lane]) = (first + lane as u32, 0);
-        scratch.lanes.put(lane, start.origin, start.direction, if wet { -1.0 } else { 1.0 });
-    }
-}
-
-impl Lanewise {
-    fn put(&mut self, lane: usize, origin: Vec3, direction: Vec3, side: f32) {
-        for axis in 0..3 {
-            self.origin[axis][lane] = origin[axis];
-            self.direction[axis][lane] = direction[axis];
-        }
-        self.side[lane] = side;
-    }
-}
-
-fn vector(lanes: &[[f32; WAVE]; 3], lane: usize) -> Vec3 {
-    Vec3::new(lanes[0][lane], lanes[1][lane], lanes[2][lane])
-}
-
-/// One surface for every photon of the wave.
-fn step(travel: &Travel<'_>, scratch: &mut Scratch, arrivals: &mut Arrivals) {
-    let Scratch { lanes, memory, flux, .. } = scratch;
-    let count = memory.len();
-    match travel.water {
-        Some(water) => water.over(StepWater { travel, water, lanes, count }),
-        None => lanes.t[..count].fill(f32::INFINITY),
-    }
-    let mut kept = 0;
-    for lane in 0..count {
-        let mut one = One { travel, photon: memory[lane], flux: flux[lane], arrivals };
-        let (origin, direction) = (vector(&lanes.origin, lane), vector(&lanes.direction, lane));
-        let outcome = one.step(origin, direction, lanes, lane);
-        let (photon, left) = (one.photon, one.flux);
-        if let Some((origin, direction)) = outcome {
-            let side = match (photon.depth, photon.wet) {
-                (0, false) => 1.0,
-                (0, true) => -1.0,
-                _ => 0.0,
-            };
-            lanes.put(kept, origin, direction, side);
-            (lanes.number[kept], lanes.events[kept]) = (photon.number, photon.events);
-            memory[kept] = photon;
-            flux[kept] = left;
-            kept += 1;
+    /// The place that it is in.
+    pub fn place(&self) -> Place {
+        match (self.depth, self.wet) {
+            (0, false) => Place::Air,
+            (0, true) => Place::Water,
+            (depth, _) => Place::Glass(u32::from(self.inside[depth as usize - 1])),
         }
     }
-    memory.truncate(kept);
-    flux.truncate(kept);
 }
 
-/// Meets the first `count` photons of a wave with the water and says what it would do to them.
-struct StepWater<'a> {
-    travel: &'a Travel<'a>,
-    water: &'a WaterSurface,
-    lanes: &'a mut Lanewise,
-    count: usize,
+/// What is ahead of a photon.
+pub(super) struct Ahead {
+    /// Distance to it, m; infinite for nothing.
+    pub length: f32,
+    /// The triangle, or [`NONE`] for the water.
+    pub triangle: u32,
 }
 
-impl OverHeights for StepWater<'_> {
-    type Output = ();
-
-    fn run<H: Heights>(self, heights: &H) {
-        let Self { travel, water, lanes, count } = self;
-        wide_dispatch!(travel.level, simd => wide_water(simd, travel, water, heights, lanes, count), {
-            for lane in 0..count {
-                water_lanes::<f32, H>((), travel, water, heights, lanes, lane);
-            }
-        });
-    }
-}
-
-#[simd]
-fn wide_water<S: Simd, H: Heights>(simd: S, travel: &Travel<'_>, water: &WaterSurface, heights: &H, lanes: &mut Lanewise, count: usize) {
-    for first in (0..count).step_by(16) {
-        water_lanes::<f32x16<S>, H>(simd, travel, water, heights, lanes, first);
-    }
-}
-
-#[inline(always)]
-fn load3<L: Lanes>(token: L::Token, lanes: &[[f32; WAVE]; 3], first: usize) -> V3<L> {
-    v3(L::load(token, &lanes[0][first..]), L::load(token, &lanes[1][first..]), L::load(token, &lanes[2][first..]))
-}
-
-#[inline(always)]
-fn store3<L: Lanes>(v: V3<L>, lanes: &mut [[f32; WAVE]; 3], first: usize) {
-    v.x.store(&mut lanes[0][first..]);
-    v.y.store(&mut lanes[1][first..]);
-    v.z.store(&mut lanes[2][first..]);
-}
-
-#[inline(always)]
-fn water_lanes<L: Lanes, H: Heights>(
-    token: L::Token,
-    travel: &Travel<'_>,
-    water: &WaterSurface,
-    heights: &H,
-    lanes: &mut Lanewise,
-    first: usize,
-) {
-    let direction: V3<L> = load3(token, &lanes.direction, first);
-    let side = L::load(token, &lanes.side[first..]);
-    let rays = Rays { origin: load3(token, &lanes.origin, first), direction, side };
-    let crossing = crossings(water, heights, rays);
-    crossing.t.store(&mut lanes.t[first..]);
-    if !crossing.t.lt(side.like(f32::INFINITY)).any() {
-        return;
-    }
-    let mut choice = [0.0_f32; 16];
-    for (lane, choice) in choice.iter_mut().enumerate().take(L::LEN) {
-        *choice = travel.choice(lanes.number[first + lane], lanes.events[first + lane]);
-    }
-    let ior = travel.water_ior;
-    // Against the photon. A smooth normal of a mesh may lean away from grazing light; then light grazes.
-    let up = side.gt(side.like(0.0));
-    let normal = V3::select(up, crossing.normal, -crossing.normal);
-    let cos = -direction.dot(normal);
-    let from_air = fresnel_reflectance(cos, 1.0, ior);
-    let from_water = fresnel_reflectance(cos, ior, 1.0);
-    let reflectance = L::select(up, from_air, from_water);
-    let (into_water, _) = refract(direction, normal, 1.0 / ior);
-    let (into_air, _) = refract(direction, normal, ior);
-    let bounced = L::load(token, &choice).lt(reflectance);
-    let onward = V3::select(bounced, reflect(direction, normal), V3::select(up, into_water, into_air));
-    store3(normal, &mut lanes.normal, first);
-    store3(onward.normalize(), &mut lanes.onward, first);
-    L::select(bounced, side.like(1.0), side.like(0.0)).store(&mut lanes.reflected[first..]);
+/// What the water does to a photon.
+pub(super) struct Wetting {
+    /// Whether it is reflected.
+    pub reflected: bool,
+    /// Normal towards the photon.
+    pub normal: Vec3,
+    /// New direction.
+    pub onward: Vec3,
 }
 
 /// A photon taking its step.
-struct One<'a, 'b> {
-    travel: &'a Travel<'a>,
-    photon: Memory,
-    flux: Vec3,
-    arrivals: &'b mut Arrivals,
+pub(super) struct One<'a, 'b> {
+    pub travel: &'a Travel<'a>,
+    pub photon: &'b mut Photon,
+    pub arrivals: &'b mut Arrivals,
 }
 
 impl One<'_, '_> {
     /// Goes to the next surface and through what it does; the new origin and direction, or `None` at the end.
-    fn step(&mut self, origin: Vec3, direction: Vec3, lanes: &Lanewise, lane: usize) -> Option<(Vec3, Vec3)> {
-        let to_water = lanes.t[lane];
-        let world = self.travel.world;
-        let hit = if to_water < f32::INFINITY && !self.photon.wet {
-            world.nearest_above_water(origin, direction, to_water, self.photon.skip)
-        } else {
-            world.nearest(origin, direction, to_water, self.photon.skip)
-        };
-        let length = hit.map_or(to_water, |hit| hit.t);
+    #[inline]
+    pub fn step(&mut self, ray: Ray, ahead: Ahead, water: impl FnOnce() -> Wetting) -> Option<(Vec3, Vec3)> {
+        let Ray { origin, direction } = ray;
+        let Ahead { length, triangle } = ahead;
         self.cross(origin, direction, length);
-        if self.flux == Vec3::ZERO {
+        if self.photon.flux == Vec3::ZERO {
             return None;
         }
         if length == f32::INFINITY {
             let end = if self.photon.specular { &mut self.arrivals.audit.left } else { &mut self.arrivals.audit.missed };
-            *end += sum(self.flux);
+            *end += sum(self.photon.flux);
             return None;
         }
         self.arrivals.audit.events += 1;
         self.photon.events += 1;
         let p = origin + direction * length;
-        let onward = match hit {
-            None => self.water(p, lanes, lane),
-            Some(hit) => {
-                self.photon.skip = hit.triangle;
-                let object = world.object(hit.triangle);
-                let surface = world.surfaces[object as usize];
-                if surface == Surface::Diffuse {
-                    self.land(p, direction, hit.triangle);
-                    return None;
-                }
-                let p = world.onto(hit.triangle, p, direction);
-                match surface {
-                    Surface::Mirror(reflectance) => self.mirror(p, direction, hit.triangle, reflectance),
-                    _ => self.glass(p, direction, hit.triangle, object),
-                }
+        let world = self.travel.world;
+        self.photon.skip = triangle;
+        let onward = if triangle == NONE {
+            let Wetting { reflected, normal, onward } = water();
+            self.photon.wet ^= !reflected;
+            (lifted(p, if reflected { normal } else { -normal }), onward)
+        } else {
+            let object = world.object(triangle);
+            let surface = world.surfaces[object as usize];
+            if surface == Surface::Diffuse {
+                self.land(p, direction, triangle);
+                return None;
+            }
+            let facet = world.facet(triangle);
+            let p = facet.onto(p, direction);
+            match surface {
+                Surface::Mirror(reflectance) => self.mirror(p, direction, &facet, reflectance),
+                _ => self.glass(p, direction, &facet, object),
             }
         };
         if self.photon.events >= self.travel.max_events {
-            self.arrivals.audit.lost += sum(self.flux);
+            self.arrivals.audit.lost += sum(self.photon.flux);
             self.arrivals.audit.photons_lost += 1;
             return None;
         }
@@ -380,28 +196,19 @@ impl One<'_, '_> {
         Some(onward)
     }
 
-    /// The place that the photon is in.
-    fn place(&self) -> Place {
-        match (self.photon.depth, self.photon.wet) {
-            (0, false) => Place::Air,
-            (0, true) => Place::Water,
-            (depth, _) => Place::Glass(u32::from(self.photon.inside[depth as usize - 1])),
-        }
-    }
-
     /// Passes the plane that measures and the medium on the way to the next surface.
     fn cross(&mut self, origin: Vec3, direction: Vec3, length: f32) {
         let travel = self.travel;
-        let place = self.place();
+        let place = self.photon.place();
         let ray = Ray { origin, direction };
         if let Some(plane) = travel.plane
             && self.photon.specular
             && let Some((texel, distance)) = plane.crossed(origin, direction, length)
         {
-            let value = self.flux * self.transmittance(place, ray, distance, 1);
+            let value = self.photon.flux * self.transmittance(place, ray, distance, 1);
             self.arrivals.plane.push(Deposit { texel, value: value.to_array() });
         }
-        let before = self.flux;
+        let before = self.photon.flux;
         let share = match place {
             Place::Air => {
                 let Some(smoke) = travel.smoke else { return };
@@ -422,10 +229,10 @@ impl One<'_, '_> {
             }
             Place::Glass(_) => Vec3::ZERO,
         };
-        self.flux = before * self.transmittance(place, ray, length, 0);
-        let taken = sum(before) - sum(self.flux);
+        self.photon.flux = before * self.transmittance(place, ray, length, 0);
+        let taken = sum(before) - sum(self.photon.flux);
         if taken != 0.0 {
-            let scattered = sum((before - self.flux) * share);
+            let scattered = sum((before - self.photon.flux) * share);
             self.arrivals.audit.scattered += scattered;
             self.arrivals.audit.absorbed += taken - scattered;
         }
@@ -435,8 +242,14 @@ impl One<'_, '_> {
     fn smoke_beam(&mut self, smoke: &SmokeBox, ray: Ray, length: f32) {
         if let Some((enter, leave)) = smoke.span(ray, length) {
             let key = self.photon.number ^ self.photon.events.wrapping_mul(0x85eb_ca6b);
-            let beam =
-                Beam { origin: ray.at(enter), direction: ray.direction, length: leave - enter, flux: self.flux, place: Place::Air, key };
+            let beam = Beam {
+                origin: ray.at(enter),
+                direction: ray.direction,
+                length: leave - enter,
+                flux: self.photon.flux,
+                place: Place::Air,
+                key,
+            };
             self.arrivals.beams.push(beam);
         }
     }
@@ -460,15 +273,16 @@ impl One<'_, '_> {
 
     /// Ends on a diffuse surface.
     fn land(&mut self, p: Vec3, direction: Vec3, triangle: u32) {
-        let watts = sum(self.flux);
+        let watts = sum(self.photon.flux);
         if !self.photon.specular {
             self.arrivals.audit.landed_direct += watts;
             return;
         }
         self.arrivals.audit.landed += watts;
         if let Some(cells) = self.travel.cells {
-            let (p, normal) = (self.travel.world.onto(triangle, p, direction), self.travel.world.face_normal(triangle));
-            let flux = self.flux;
+            let facet = self.travel.world.facet(triangle);
+            let (p, normal) = (facet.onto(p, direction), facet.normal());
+            let flux = self.photon.flux;
             let pixels = &mut self.arrivals.pixels;
             cells.find(p, direction, normal, |pixel, weight| {
                 pixels.push(Deposit { texel: pixel, value: (flux * weight).to_array() });
@@ -476,22 +290,12 @@ impl One<'_, '_> {
         }
     }
 
-    /// Refracted or reflected by the water, as [`StepWater`] chose.
-    fn water(&mut self, p: Vec3, lanes: &Lanewise, lane: usize) -> (Vec3, Vec3) {
-        let reflected = lanes.reflected[lane] > 0.0;
-        let normal = vector(&lanes.normal, lane);
-        self.photon.wet ^= !reflected;
-        self.photon.skip = NONE;
-        let to = if reflected { normal } else { -normal };
-        (lifted(p, to), vector(&lanes.onward, lane))
-    }
-
-    fn mirror(&mut self, p: Vec3, direction: Vec3, triangle: u32, reflectance: Vec3) -> (Vec3, Vec3) {
-        let before = sum(self.flux);
-        self.flux *= reflectance;
-        self.arrivals.audit.absorbed += before - sum(self.flux);
-        let face = facing(self.travel.world.face_normal(triangle), direction);
-        let smooth = facing(self.travel.world.smooth_normal(triangle, p), direction);
+    fn mirror(&mut self, p: Vec3, direction: Vec3, facet: &Facet<'_>, reflectance: Vec3) -> (Vec3, Vec3) {
+        let before = sum(self.photon.flux);
+        self.photon.flux *= reflectance;
+        self.arrivals.audit.absorbed += before - sum(self.photon.flux);
+        let face = facing(facet.normal(), direction);
+        let smooth = facing(facet.smooth_normal(p), direction);
         let mut onward = reflected(direction, smooth);
         if onward.dot(face) <= 0.0 {
             self.arrivals.audit.normals_replaced += 1;
@@ -500,12 +304,11 @@ impl One<'_, '_> {
         (lifted(p, face), onward)
     }
 
-    fn glass(&mut self, p: Vec3, direction: Vec3, triangle: u32, object: u32) -> (Vec3, Vec3) {
-        let world = self.travel.world;
-        let outward = world.face_normal(triangle);
+    fn glass(&mut self, p: Vec3, direction: Vec3, facet: &Facet<'_>, object: u32) -> (Vec3, Vec3) {
+        let outward = facet.normal();
         let entering = direction.dot(outward) < 0.0;
         let face = if entering { outward } else { -outward };
-        let smooth = world.smooth_normal(triangle, p);
+        let smooth = facet.smooth_normal(p);
         let mut normal = if entering { smooth } else { -smooth };
         if direction.dot(normal) >= 0.0 {
             self.arrivals.audit.normals_replaced += 1;
@@ -551,7 +354,7 @@ impl One<'_, '_> {
 
     /// Remembers that a body was entered or left.
     fn change_side(&mut self, object: u32, entering: bool, p: Vec3) {
-        let photon = &mut self.photon;
+        let photon = &mut *self.photon;
         let depth = photon.depth as usize;
         if entering {
             if depth < NESTING {

@@ -14,13 +14,14 @@ use super::emit::Emitter;
 use super::error::TraceError;
 use super::eye::{Eye, Stretch};
 use super::media::{Place, SmokeBox, Tracking, even_transmittance};
-use super::photon::{Arrivals, Scratch, Travel, travel};
+use super::photon::{Arrivals, Travel};
 use super::plane::Plane;
 use super::spectrum::{Wavelengths, index_at};
 use super::statistics::{Accumulator, Measured, Sorted};
-use super::tree::Hit;
+use super::tree::{Hit, NONE};
 use super::water::WaterSurface;
-use super::world::{NONE, Surface, World};
+use super::wave::{Scratch, travel};
+use super::world::{Surface, World};
 
 /// Photons that one thread sends at a time.
 const CHUNK: u32 = 4096;

@@ -7,7 +7,7 @@ use crate::geom::{Aabb, Mesh};
 use crate::scene::{Camera, Light, Material, Scene};
 
 use super::error::TraceError;
-use super::tree::{Hit, Tree};
+use super::tree::{Hit, Hits, NONE, Packet, Tree};
 
 /// Most triangles: the hierarchy names them by 32 bits, and keeps some for itself.
 const MAX_TRIANGLES: usize = 1 << 27;
@@ -15,9 +15,6 @@ const MAX_TRIANGLES: usize = 1 << 27;
 /// Boxes of triangles are enlarged by this share of the size of the scene: rounding moves a ray against a triangle by less, so that no
 /// triangle that a ray meets is culled with its box.
 const BOX_SLACK: f32 = 2.0e-6;
-
-/// No triangle, or no object.
-pub(super) const NONE: u32 = u32::MAX;
 
 /// What a surface does to a photon.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,10 +143,16 @@ impl World {
         self.all.as_ref()?.nearest(self.level, origin, direction, limit, skip)
     }
 
-    /// [`World::nearest`] for a ray that comes down through air and ends on the water: the same answer, found among fewer triangles.
-    #[inline]
-    pub fn nearest_above_water(&self, origin: Vec3, direction: Vec3, limit: f32, skip: u32) -> Option<Hit> {
-        self.dry.as_ref()?.nearest(self.level, origin, direction, limit, skip)
+    /// [`World::nearest`] for sixteen rays at once. Those that `above` names come down through air and end on the water: they meet the same, found
+    /// among fewer triangles.
+    pub fn nearest_of_packet(&self, packet: &Packet<'_>, active: u32, above: u32, hits: &mut Hits) {
+        for (tree, rays) in [(&self.all, active & !above), (&self.dry, active & above)] {
+            if let Some(tree) = tree
+                && rays != 0
+            {
+                tree.nearest_of_packet(self.level, packet, rays, hits);
+            }
+        }
     }
 
     /// Number of the object that a triangle belongs to.
@@ -157,34 +160,12 @@ impl World {
         self.triangles[triangle as usize].object
     }
 
-    /// A point on a ray, moved along it into the plane of a triangle: far from the ray's origin, rounding leaves it beside.
-    pub fn onto(&self, triangle: u32, p: Vec3, direction: Vec3) -> Vec3 {
-        let t = &self.triangles[triangle as usize];
-        let normal = (t.b - t.a).cross(t.c - t.a);
-        let step = (t.a - p).dot(normal) / normal.dot(direction);
-        if step.abs() < 1.0e-4 { p + direction * step } else { p }
-    }
-
-    /// Unit normal of a triangle's plane, out of the surface; zero for a triangle without area.
-    pub fn face_normal(&self, triangle: u32) -> Vec3 {
-        let t = &self.triangles[triangle as usize];
-        (t.b - t.a).cross(t.c - t.a).normalize_or_zero()
-    }
-
-    /// Unit normal interpolated over a triangle, at a point of it; that of its plane where it has none.
-    pub fn smooth_normal(&self, triangle: u32, p: Vec3) -> Vec3 {
-        let t = &self.triangles[triangle as usize];
-        let face = (t.b - t.a).cross(t.c - t.a);
-        if t.normals == NONE {
-            return face.normalize_or_zero();
-        }
-        // Weights are areas of the parts that the point cuts the triangle into.
-        let (a, b, c) = (t.a, t.b, t.c);
-        let wa = (b - p).cross(c - p).dot(face);
-        let wb = (c - p).cross(a - p).dot(face);
-        let wc = (a - p).cross(b - p).dot(face);
-        let n = &self.normals[t.normals as usize..][..3];
-        (n[0] * wa + n[1] * wb + n[2] * wc).try_normalize().unwrap_or_else(|| face.normalize_or_zero())
+    /// A triangle as light meets it.
+    #[inline]
+    pub fn facet(&self, triangle: u32) -> Facet<'_> {
+        let triangle = &self.triangles[triangle as usize];
+        let normals = (triangle.normals != NONE).then(|| &self.normals[triangle.normals as usize..][..3]);
+        Facet { triangle, normals, across: (triangle.b - triangle.a).cross(triangle.c - triangle.a) }
     }
 
     /// World-space corners of every triangle that bends or reflects light.
@@ -201,7 +182,7 @@ impl World {
         let (mut origin, mut skip) = (p, NONE);
         while let Some(hit) = self.nearest(origin, direction, f32::INFINITY, skip) {
             let object = self.object(hit.triangle) as usize;
-            depth[object] += if self.face_normal(hit.triangle).dot(direction) > 0.0 { 1 } else { -1 };
+            depth[object] += if self.facet(hit.triangle).normal().dot(direction) > 0.0 { 1 } else { -1 };
             origin += direction * hit.t;
             skip = hit.triangle;
         }
@@ -222,6 +203,42 @@ impl World {
             return Err(TraceError::CameraInside { position: position.to_array(), object: self.names[object as usize].clone() });
         }
         Ok(())
+    }
+}
+
+/// One triangle of the world.
+pub(super) struct Facet<'a> {
+    triangle: &'a Triangle,
+    normals: Option<&'a [Vec3]>,
+    /// Out of the surface, as long as twice the area.
+    across: Vec3,
+}
+
+impl Facet<'_> {
+    /// A point on a ray, moved along it into the triangle's plane: far from the ray's origin, rounding leaves it beside.
+    #[inline]
+    pub fn onto(&self, p: Vec3, direction: Vec3) -> Vec3 {
+        let step = (self.triangle.a - p).dot(self.across) / self.across.dot(direction);
+        if step.abs() < 1.0e-4 { p + direction * step } else { p }
+    }
+
+    /// Unit normal of the plane, out of the surface; zero for a triangle without area.
+    #[inline]
+    pub fn normal(&self) -> Vec3 {
+        self.across.normalize_or_zero()
+    }
+
+    /// Unit normal interpolated at a point of the triangle; that of its plane where it has none.
+    #[inline]
+    pub fn smooth_normal(&self, p: Vec3) -> Vec3 {
+        let Some(&[na, nb, nc]) = self.normals else { return self.normal() };
+        // Weights are areas of the parts that the point cuts the triangle into.
+        let &Triangle { a, b, c, .. } = self.triangle;
+        let to_c = c - p;
+        let wa = (b - p).cross(to_c).dot(self.across);
+        let wb = to_c.cross(a - p).dot(self.across);
+        let wc = self.across.length_squared() - wa - wb;
+        (na * wa + nb * wb + nc * wc).try_normalize().unwrap_or_else(|| self.normal())
     }
 }
 
@@ -265,6 +282,51 @@ mod tests {
                 assert_eq!(again, hit, "ray {k} at level {name}");
             }
         }
+    }
+
+    /// Beams of rays, from parallel to going anywhere: the boxes and leaves they share are other ones, the answers are not.
+    #[test]
+    fn packets_meet_what_their_rays_meet_alone() {
+        let world = world(
+            "(shape: TorusKnot(segments: 96, sides: 12)), (shape: Figure(height_m: 1, resolution: 24)), (shape: Grid(size_m: (4, 4)))",
+        )
+        .unwrap();
+        let tree = world.all.as_ref().unwrap();
+        let (mut met, mut missed) = (0, 0);
+        for k in 0..600_u32 {
+            let spread = [0.0, 0.01, 0.1, 1.0][k as usize % 4];
+            let [a, b, c] = crate::math::rng::uniform3(6, 0, k).map(|u| u * 2.0 - 1.0);
+            let [d, e, f] = crate::math::rng::uniform3(6, 1, k).map(|u| u - 0.5);
+            let (mut origins, mut directions, mut limits, mut skips) = ([[0.0; 16]; 3], [[0.0; 16]; 3], [0.0; 16], [NONE; 16]);
+            for ray in 0..16 {
+                let [u, v, w] = crate::math::rng::uniform3(7 + ray as u32, 0, k).map(|u| (u - 0.5) * spread);
+                let (origin, direction) = (Vec3::new(a + u, b + v, c + w), (Vec3::new(d, e, f) + Vec3::new(v, w, u)).normalize());
+                for axis in 0..3 {
+                    (origins[axis][ray], directions[axis][ray]) = (origin[axis], direction[axis]);
+                }
+                limits[ray] = if ray % 5 == 4 { 0.3 } else { f32::INFINITY };
+                skips[ray] = if ray % 3 == 2 {
+                    world.nearest(origin, direction, f32::INFINITY, NONE).map_or(NONE, |hit| hit.triangle)
+                } else {
+                    NONE
+                };
+            }
+            let active = if k % 7 == 0 { 0x5ac3 } else { 0xffff };
+            let packet = Packet { origin: origins.each_ref(), direction: directions.each_ref(), skip: &skips };
+            for (name, level) in crate::math::level::available_levels() {
+                let mut hits = Hits { t: limits, triangles: [NONE; 16] };
+                tree.nearest_of_packet(level, &packet, active, &mut hits);
+                for ray in 0..16 {
+                    let at = |v: &[[f32; 16]; 3]| Vec3::new(v[0][ray], v[1][ray], v[2][ray]);
+                    let alone = tree.nearest(level, at(&origins), at(&directions), limits[ray], skips[ray]);
+                    let alone = if active >> ray & 1 == 1 { alone } else { None };
+                    let expected = alone.map_or((limits[ray], NONE), |hit| (hit.t, hit.triangle));
+                    assert_eq!((hits.t[ray], hits.triangles[ray]), expected, "packet {k}, ray {ray}, level {name}");
+                    *(if alone.is_some() { &mut met } else { &mut missed }) += 1;
+                }
+            }
+        }
+        assert!(met > 10_000 && missed > 10_000, "{met} met, {missed} missed");
     }
 
     #[test]

@@ -1,0 +1,192 @@
+//! Rays against many triangles: a tree of sixteen boxes a node and up to sixteen triangles a leaf.
+//!
+//! `obvhs` builds the hierarchy, with two children a node; here nodes are opened until they have sixteen. A single ray ([`walk`]) meets all boxes
+//! of a node, or all triangles of a leaf, in the lanes of one register. Sixteen rays that go about the same way ([`packet`]) share the way
+//! down: each box is asked once for all of them, and those that part from the others go on alone.
+//!
+//! Which triangle a ray meets depends on nothing but ray and triangles: of two at one distance it is the one with the lower number. So both
+//! walks give the same bits, whatever rays go together.
+
+mod build;
+mod packet;
+mod walk;
+
+use fearless_simd::Level;
+use glam::Vec3;
+
+use crate::math::lanes::{Lanes, Mask as _};
+use crate::math::vector::{V3, v3};
+
+pub(super) use build::Numbered;
+pub(super) use packet::{Hits, Packet};
+
+/// Boxes of a node, triangles of a leaf.
+const WIDTH: usize = 16;
+
+/// Most entries of a stack: fifteen for each level of a tree that is at least as flat as the binary one, which for the most triangles allowed is
+/// some seven levels deep, with room to spare.
+const STACK: usize = 512;
+
+/// Components of directions are taken for at least this, so that their inverses are finite.
+const LEAST_COMPONENT: f32 = 1.0e-12;
+
+/// No triangle, or no object.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Sixteen boxes and what is in them; each array is one cache line.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Node {
+    low: [[f32; WIDTH]; 3],
+    high: [[f32; WIDTH]; 3],
+    /// Index of a node, or of a leaf with [`LEAF`] set.
+    children: [u32; WIDTH],
+    /// One bit per child that exists.
+    exists: u32,
+}
+
+impl Node {
+    const EMPTY: Self = Self { low: [[0.0; WIDTH]; 3], high: [[0.0; WIDTH]; 3], children: [0; WIDTH], exists: 0 };
+}
+
+/// Marks the index of a leaf.
+const LEAF: u32 = 1 << 31;
+
+/// Up to sixteen triangles: coordinates of corners a, b and c.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Leaf {
+    corners: [[[f32; WIDTH]; 3]; 3],
+    /// Number of each triangle; [`NONE`] for those that are not there.
+    numbers: [u32; WIDTH],
+    /// Triangles that are there.
+    count: u32,
+}
+
+/// A tree over triangles.
+pub(super) struct Tree {
+    nodes: Vec<Node>,
+    leaves: Vec<Leaf>,
+}
+
+/// A surface point that a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Hit {
+    /// Distance, m.
+    pub t: f32,
+    /// Number of the triangle.
+    pub triangle: u32,
+}
+
+impl Hit {
+    /// Keeps the nearer of two, and of two at one distance the one with the lower number. The first must be nearer than the limit.
+    #[inline(always)]
+    fn keep(&mut self, t: f32, triangle: u32) {
+        if t < self.t || (t == self.t && triangle < self.triangle && self.triangle != NONE) {
+            *self = Self { t, triangle };
+        }
+    }
+}
+
+impl Tree {
+    /// What to look into first: a leaf, if there is but one.
+    fn root(&self) -> u32 {
+        if self.leaves.len() == 1 { LEAF } else { 0 }
+    }
+
+    /// A tree over triangles; boxes are enlarged by `slack` metres. `None` over nothing.
+    pub fn new(triangles: &[Numbered], slack: f32) -> Option<Self> {
+        (!triangles.is_empty()).then(|| build::build(triangles, slack))
+    }
+
+    /// The nearest triangle along a ray, up to `limit` metres; the one numbered `skip` is passed over.
+    #[inline]
+    pub fn nearest(&self, level: Level, origin: Vec3, direction: Vec3, limit: f32, skip: u32) -> Option<Hit> {
+        let hit = walk::nearest(level, self, [origin, direction], limit, skip);
+        (hit.triangle != NONE).then_some(hit)
+    }
+
+    /// [`Tree::nearest`] for the rays of a packet that `active` names, one bit for each; what it finds is put in `hits`.
+    #[inline]
+    pub fn nearest_of_packet(&self, level: Level, packet: &Packet<'_>, active: u32, hits: &mut Hits) {
+        packet::nearest(level, self, packet, active, hits);
+    }
+}
+
+/// Rays, one per lane, with what is asked of them again and again.
+#[derive(Clone, Copy)]
+struct Probe<L> {
+    origin: V3<L>,
+    direction: V3<L>,
+    /// Two directions across.
+    across: [V3<L>; 2],
+    /// One over the components of the direction.
+    inverse: V3<L>,
+}
+
+impl<L: Lanes> Probe<L> {
+    #[inline(always)]
+    fn new(origin: V3<L>, direction: V3<L>) -> Self {
+        let (x, y) = across(direction);
+        let inverse = v3(inverse(direction.x), inverse(direction.y), inverse(direction.z));
+        Self { origin, direction, across: [x, y], inverse }
+    }
+}
+
+#[inline(always)]
+fn inverse<L: Lanes>(component: L) -> L {
+    let least = component.like(LEAST_COMPONENT);
+    component.like(1.0) / L::select(component.abs().lt(least), least, component)
+}
+
+/// Two unit vectors across a third and each other [Duff et al. 2017].
+#[inline(always)]
+fn across<L: Lanes>(n: V3<L>) -> (V3<L>, V3<L>) {
+    let sign = L::select(n.z.lt(n.z.like(0.0)), n.z.like(-1.0), n.z.like(1.0));
+    let a = n.z.like(-1.0) / (sign + n.z);
+    let b = n.x * n.y * a;
+    (v3(sign * n.x * n.x * a + 1.0, sign * b, -(sign * n.x)), v3(b, sign + n.y * n.y * a, -n.y))
+}
+
+/// Distances at which rays enter boxes, and which of them meet them before `limit`; one ray and many boxes, or many rays and one box.
+#[inline(always)]
+fn meet_boxes<L: Lanes>(low: V3<L>, high: V3<L>, probe: &Probe<L>, limit: L) -> (L, L::Mask) {
+    let (a, b) = (low - probe.origin, high - probe.origin);
+    let (ax, bx) = (a.x * probe.inverse.x, b.x * probe.inverse.x);
+    let (ay, by) = (a.y * probe.inverse.y, b.y * probe.inverse.y);
+    let (az, bz) = (a.z * probe.inverse.z, b.z * probe.inverse.z);
+    let enter = Lanes::max(Lanes::max(Lanes::min(ax, bx), Lanes::min(ay, by)), Lanes::max(Lanes::min(az, bz), limit.like(0.0)));
+    let leave = Lanes::min(Lanes::min(Lanes::max(ax, bx), Lanes::max(ay, by)), Lanes::min(Lanes::max(az, bz), limit));
+    (enter, enter.le(leave))
+}
+
+/// Distances at which rays meet triangles `[a, b, c]`, from either side, and which of them do so up to `limit`.
+///
+/// Seen along the ray, a triangle is flat and the ray a point; it is inside if it lies on one side of all edges. Two triangles of one
+/// edge compute its side from the same numbers up to the sign, so that no ray slips through between them [Woop et al. 2013].
+/// Coordinates are measured from the ray, so that small triangles far from its origin keep their digits.
+#[inline(always)]
+fn meet_triangles<L: Lanes>(corners: [V3<L>; 3], probe: &Probe<L>, limit: L) -> (L, u32) {
+    let [a, b, c] = [corners[0] - probe.origin, corners[1] - probe.origin, corners[2] - probe.origin];
+    let [x, y] = probe.across;
+    let (ax, ay) = (a.dot(x), a.dot(y));
+    let (bx, by) = (b.dot(x), b.dot(y));
+    let (cx, cy) = (c.dot(x), c.dot(y));
+    let u = bx * cy - by * cx;
+    let v = cx * ay - cy * ax;
+    let w = ax * by - ay * bx;
+    let zero = limit.like(0.0);
+    let inside = (u.ge(zero) & v.ge(zero) & w.ge(zero)) | (u.le(zero) & v.le(zero) & w.le(zero));
+    if !inside.any() {
+        return (limit, 0);
+    }
+    let normal = (b - a).cross(c - a);
+    let t = normal.dot(a) / normal.dot(probe.direction);
+    (t, (inside & t.gt(zero) & t.le(limit)).bits())
+}
+
+/// Three coordinates of [`Lanes::LEN`] points, from `first` on.
+#[inline(always)]
+fn load<L: Lanes>(token: L::Token, points: &[[f32; WIDTH]; 3], first: usize) -> V3<L> {
+    v3(L::load(token, &points[0][first..]), L::load(token, &points[1][first..]), L::load(token, &points[2][first..]))
+}
