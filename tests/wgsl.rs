@@ -4,8 +4,8 @@ use std::mem::offset_of;
 use std::path::Path;
 use std::sync::Arc;
 
-use nephroid::caustics::caustic_volumes::{beams::Beam, shaders::VolumeUniform};
 use nephroid::caustics::{RenderOptions, Renderer};
+use nephroid::caustics::{beams::Beam, caustic_volumes::shaders::VolumeUniform};
 use nephroid::passes::camera::CameraUniform;
 use nephroid::passes::environment::EnvironmentUniform;
 use nephroid::passes::geometry_buffer::{MaterialUniform, ReceiverVertex};

@@ -1,7 +1,7 @@
 //! From a frame's textures to named layers: crops the margin, folds samples into pixels.
 
 use crate::frame::{Frame, FrameOutput, TextureId};
-use crate::image::{Image, Layer, LayerError, LayerSet};
+use crate::image::{Image, Layer, LayerError, LayerSet, STANDARD_LAYERS};
 use crate::pipeline::{Surface, Texture};
 
 use super::{LayerRead, LayerSource, TechniqueFrame};
@@ -11,8 +11,10 @@ pub(super) fn extract(built: &TechniqueFrame, output: &FrameOutput<'_>, names: O
     let mut set = LayerSet::new();
     match names {
         None => {
-            for source in &built.layers {
-                set.push(read(built, source, output)?)?;
+            for standard in STANDARD_LAYERS {
+                if let Some(source) = built.layers.iter().find(|layer| layer.name == standard.name) {
+                    set.push(read(built, source, output)?)?;
+                }
             }
         }
         Some(names) => {

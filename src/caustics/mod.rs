@@ -1,8 +1,10 @@
 //! The techniques: each builds frames from a scene. One table, [`TECHNIQUES`], drives the command line, the reports and the tests.
 
+pub mod beams;
 pub mod caustic_volumes;
 mod layers;
 mod receivers;
+mod stage;
 
 pub use receivers::{ReceiverGroup, Receivers};
 

@@ -27,7 +27,8 @@ fn still_water_lights_its_floor_evenly() {
         lit_from(&mut scene, 30.0, 90.0 - angle_deg);
         let angle = f64::from(angle_deg).to_radians();
         let truth = |angle: f64, ior: f64| optics::still_water(angle, ior, 0.0, 1.0);
-        let seen = measure(&scene, Sensor::Plane, &everywhere([truth(angle, 1.333); 3]));
+        // Glass and water differ by a few percent only; with so few texels that takes no time even in debug builds.
+        let seen = measure_to(0.004, &scene, Sensor::Plane, &everywhere([truth(angle, 1.333); 3]));
         seen.agrees();
         if angle_deg > 0.0 {
             seen.refuses("a missing cosine", |_, truth| truth / libm::cos(angle));

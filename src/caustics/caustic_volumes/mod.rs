@@ -3,7 +3,7 @@
 //!
 //! The water surface is a mesh; each of its triangles and the three refracted rays of its corners bound a volume of light. Drawn additively over
 //! the receivers, a volume lights those pixels whose receiver lies inside it, by flux over cross-section. Cost depends on the
-//! volumes' pixels, not on the receivers. Files: `beams` (refraction, flux), `hull` (the tight body), `shaders` (point in volume,
+//! volumes' pixels, not on the receivers. Files: `hull` (the tight body), `shaders` (point in volume,
 //! illumination), `frame` (the passes).
 //!
 //! Decisions the paper leaves open, in full in `docs/techniques/caustic-volumes.md`:
@@ -14,16 +14,15 @@
 //! - E5 a cross-section that is turned over behind a focus is inside where all edges are negative;
 //! - E6 shadows, above and under water, are options beyond the paper.
 
-pub mod beams;
 pub mod frame;
 pub mod hull;
 pub mod shaders;
 
 use crate::pipeline::Device;
 use crate::scene::water::WaterSim;
-use crate::scene::{Camera, Scene};
+use crate::scene::{Radiometry, Scene};
 
-use super::{FrameSource, LayerRead, LayerSource, Receivers, RenderError, Technique, TechniqueFrame};
+use super::{FrameSource, LayerRead, LayerSource, Receivers, RenderError, Technique, TechniqueFrame, beams, stage};
 
 /// The technique.
 pub struct CausticVolumesTechnique;
@@ -40,7 +39,7 @@ impl Technique for CausticVolumesTechnique {
     }
     fn prepare(&self, scene: &Scene) -> Result<Box<dyn FrameSource>, RenderError> {
         let settings = &scene.techniques.caustic_volumes;
-        let receivers = Receivers::new(scene, frame::cut_level(scene, settings))?;
+        let receivers = Receivers::new(scene, stage::cut_level(scene, settings.eye_refraction))?;
         Ok(Box::new(Source { receivers, water: scene.water.as_ref().map(|w| w.simulator()) }))
     }
 }
@@ -59,10 +58,12 @@ impl FrameSource for Source {
             sim.surface_with_grid(columns, rows, scene.time_s)
         });
         let ior = scene.water.as_ref().map_or(1.0, |w| w.ior);
+        let count = match settings.radiometry {
+            Radiometry::Physical => beams::Count::Conserved,
+            Radiometry::Paper => beams::Count::FlatTransmittance,
+        };
         let beams: Vec<_> = match &field {
-            Some(field) => {
-                device.install(|| scene.lights.iter().map(|light| beams::light_beams(field, light, ior, settings.radiometry)).collect())
-            }
+            Some(field) => device.install(|| scene.lights.iter().map(|light| beams::light_beams(field, light, ior, count)).collect()),
             None => Vec::new(),
         };
         let built = frame::build(&frame::Inputs {
@@ -73,40 +74,20 @@ impl FrameSource for Source {
             direction: layers.contains(&"caustic_direction"),
             counts: layers.contains(&"fragment_count"),
         });
+        let frame::Built { stage, bottom_y, targets } = built;
+        let mut layers = stage.layers(scene, targets.caustic);
+        let source = |name, texture, channels, read| LayerSource { name, texture, channels, read };
+        layers.extend(targets.direction.map(|texture| source("caustic_direction", texture, 3, LayerRead::WeightedMean)));
+        layers.extend(targets.count.map(|texture| source("fragment_count", texture, 1, LayerRead::Sum)));
         TechniqueFrame {
-            layers: layer_sources(scene, &built),
-            margin: built.margin,
-            samples: built.samples,
-            audit: audit(scene, &beams, built.bottom_y),
+            layers,
+            margin: stage.margin,
+            samples: stage.samples,
+            audit: audit(scene, &beams, bottom_y),
             counters: counters(&self.receivers, &beams),
-            frame: built.frame,
+            frame: stage.frame,
         }
     }
-}
-
-fn layer_sources(scene: &Scene, built: &frame::Built) -> Vec<LayerSource> {
-    let axis = scene.camera.forward_ws();
-    let origin = match scene.camera {
-        Camera::Perspective { position, .. } | Camera::Orthographic { position, .. } => position,
-    };
-    let source = |name, texture, channels, read| LayerSource { name, texture, channels, read };
-    let mut layers = vec![
-        source("color", built.color, 3, LayerRead::Mean),
-        source("depth", built.position, 1, LayerRead::Depth(origin, axis)),
-        source("normal", built.normal, 3, LayerRead::Nearest),
-        source("position", built.position, 3, LayerRead::Nearest),
-        source("albedo", built.albedo, 3, LayerRead::Mean),
-        source("direct", built.direct, 3, LayerRead::Mean),
-        source("caustic_irradiance", built.caustic, 3, LayerRead::Mean),
-    ];
-    if let Some(direction) = built.direction {
-        layers.push(source("caustic_direction", direction, 3, LayerRead::WeightedMean));
-    }
-    layers.push(source("shadow", built.visibility, 1, LayerRead::Mean));
-    if let Some(count) = built.count {
-        layers.push(source("fragment_count", count, 1, LayerRead::Sum));
-    }
-    layers
 }
 
 /// Where the light of all beams goes, in watts summed over RGB.

@@ -21,8 +21,8 @@ use crate::pipeline::state::GeometryTopology;
 use crate::pipeline::{BindingKind, Bindings};
 use crate::scene::Radiometry;
 
-use super::beams::Beam;
 use super::hull::{MAX_FACES, hull};
+use crate::caustics::beams::Beam;
 
 /// Uniforms of the volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

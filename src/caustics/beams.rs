@@ -1,4 +1,4 @@
-//! Generators and their refracted rays: one beam per triangle of the water mesh and light [SF05 §3.2].
+//! Generators and their refracted rays: one beam per triangle of the water mesh and light [SF05 §3.2, BO §3.2].
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
@@ -6,8 +6,22 @@ use rayon::prelude::*;
 
 use crate::math::optics::{fresnel_transmittance, refract};
 use crate::math::vector::{V3, v3};
+use crate::scene::Light;
 use crate::scene::water::HeightField;
-use crate::scene::{Light, Radiometry};
+
+/// No beam.
+pub const NONE: u32 = u32::MAX;
+
+/// How much light a beam carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Count {
+    /// The flux `E⊥·|ω·n|·A·T`, with E⊥ and T the means of the vertices, n and A the triangle's own: no light is made or lost.
+    Conserved,
+    /// `E⊥·T·A`, with T that of the mean surface: no cosine [SF05 §3.4].
+    FlatTransmittance,
+    /// `E⊥·T·A`, with T the mean of the vertices: no cosine [BO §3.1].
+    OwnTransmittance,
+}
 
 /// A caustic volume: the light that goes through one triangle of the water mesh.
 ///
@@ -18,9 +32,9 @@ pub struct Beam {
     /// Generator triangle, metres; w is ±1: which end of the edge i → i+1 comes first in the order that both
     /// neighbours agree on.
     pub g: [Vec4; 3],
-    /// Refracted rays per metre of depth: x, length of the ray, z; w is unused.
+    /// Refracted rays per metre of depth: x, length of the ray, z; w is the vertex's transmittance over the mean of the three.
     pub d: [Vec4; 3],
-    /// Flux, W, linear RGB (physical) or `I₀·A_gen` (paper); w is the generator's area in m².
+    /// What it carries as [`Count`] says, W, linear RGB; w is the generator's area in m².
     pub flux: Vec4,
 }
 
@@ -58,8 +72,10 @@ pub struct SurfaceEnergy {
 /// A light's beams through a water surface.
 #[derive(Clone, Debug, Default)]
 pub struct LightBeams {
-    /// By triangle of the mesh, without those that carry no light.
+    /// In the order of the mesh's triangles, without those that carry no light.
     pub beams: Vec<Beam>,
+    /// Per triangle of the mesh, its beam; [`NONE`] for those that carry no light.
+    pub of_triangle: Vec<u32>,
     /// Energy at the surface.
     pub energy: SurfaceEnergy,
     /// Triangles without a beam.
@@ -78,26 +94,20 @@ struct Refracted {
 }
 
 /// Refracts a light at every vertex and makes a beam of every triangle, in parallel; results are in mesh order.
-///
-/// Physical: the flux of a triangle is `E⊥·|ω·n|·A·T`, with E⊥ and T the means of its vertices, n and A the triangle's own.
-/// Paper: the constant `I₀ = E⊥·T(θ of the mean surface)` times the triangle's area [SF05 §3.4]: no cosine.
 #[must_use]
-pub fn light_beams(field: &HeightField, light: &Light, ior: f32, radiometry: Radiometry) -> LightBeams {
-    let count = field.heights_ws.len() as u32;
+pub fn light_beams(field: &HeightField, light: &Light, ior: f32, count: Count) -> LightBeams {
     let columns = field.columns;
-    let vertices: Vec<Refracted> = (0..count)
+    let vertices: Vec<Refracted> = (0..field.heights_ws.len() as u32)
         .into_par_iter()
         .with_min_len(1024)
         .map(|i| refract_vertex(field.position_ws(i % columns, i / columns), field.normals_ws[i as usize], light, ior))
         .collect();
     let flat = flat_transmittance(field, light, ior);
     let indices = field.triangle_indices();
-    let made: Vec<(Option<Beam>, SurfaceEnergy)> = indices
-        .par_chunks_exact(3)
-        .with_min_len(1024)
-        .map(|t| beam([0, 1, 2].map(|k| vertices[t[k] as usize]), radiometry, flat))
-        .collect();
-    let mut out = LightBeams { beams: Vec::with_capacity(made.len()), ..LightBeams::default() };
+    let made: Vec<(Option<Beam>, SurfaceEnergy)> =
+        indices.par_chunks_exact(3).with_min_len(1024).map(|t| beam([0, 1, 2].map(|k| vertices[t[k] as usize]), count, flat)).collect();
+    let mut out =
+        LightBeams { beams: Vec::with_capacity(made.len()), of_triangle: Vec::with_capacity(made.len()), ..LightBeams::default() };
     // Summed in mesh order on one thread: the same bits for any number of them.
     for (beam, energy) in made {
         out.energy.incident += energy.incident;
@@ -105,8 +115,14 @@ pub fn light_beams(field: &HeightField, light: &Light, ior: f32, radiometry: Rad
         out.energy.entered += energy.entered;
         out.energy.grazing += energy.grazing;
         match beam {
-            Some(beam) => out.beams.push(beam),
-            None => out.dark += 1,
+            Some(beam) => {
+                out.of_triangle.push(out.beams.len() as u32);
+                out.beams.push(beam);
+            }
+            None => {
+                out.of_triangle.push(NONE);
+                out.dark += 1;
+            }
         }
     }
     out
@@ -137,7 +153,7 @@ fn flat_transmittance(field: &HeightField, light: &Light, ior: f32) -> f32 {
     if cos > 0.0 { fresnel_transmittance(cos, 1.0, ior) } else { 0.0 }
 }
 
-fn beam(v: [Refracted; 3], radiometry: Radiometry, flat_transmittance: f32) -> (Option<Beam>, SurfaceEnergy) {
+fn beam(v: [Refracted; 3], count: Count, flat_transmittance: f32) -> (Option<Beam>, SurfaceEnergy) {
     let [a, b, c] = v.map(|v| v.position);
     // Twice the area, along the normal that points up.
     let cross = (b - a).cross(c - a);
@@ -157,9 +173,10 @@ fn beam(v: [Refracted; 3], radiometry: Radiometry, flat_transmittance: f32) -> (
     let entered = incident * transmittance;
     energy.entered = sum(entered);
     energy.reflected = energy.incident - energy.entered;
-    let flux = match radiometry {
-        Radiometry::Physical => entered,
-        Radiometry::Paper => mean(|v| v.irradiance) * flat_transmittance * area,
+    let flux = match count {
+        Count::Conserved => entered,
+        Count::FlatTransmittance => mean(|v| v.irradiance) * flat_transmittance * area,
+        Count::OwnTransmittance => mean(|v| v.irradiance) * transmittance * area,
     };
     if flux == Vec3::ZERO {
         return (None, energy);
@@ -173,7 +190,7 @@ fn beam(v: [Refracted; 3], radiometry: Radiometry, flat_transmittance: f32) -> (
     let rays = [ra, rb, rc];
     let beam = Beam {
         g: [0, 1, 2].map(|i: usize| corners[i].extend(order(i))),
-        d: [0, 1, 2].map(|i: usize| Vec4::new(rays[i].0.x, rays[i].1, rays[i].0.z, 0.0)),
+        d: [0, 1, 2].map(|i: usize| Vec4::new(rays[i].0.x, rays[i].1, rays[i].0.z, v[i].transmittance / transmittance)),
         flux: flux.extend(area),
     };
     (Some(beam), energy)

@@ -1,0 +1,149 @@
+//! A light: what it reaches directly, and what it sees of the receivers.
+
+use std::sync::Arc;
+
+use glam::{Mat4, Vec3, Vec4};
+
+use crate::caustics::Receivers;
+use crate::frame::{BindEntry, BufferId, DepthTarget, FrameDraw, FramePass, TextureId};
+use crate::geom::Aabb;
+use crate::passes::shadow_map::{LightUniform, refracted_under_flat_water};
+use crate::passes::{fullscreen, light, shadow_map};
+use crate::pipeline::sampler::Sampler;
+use crate::pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
+use crate::pipeline::{LoadOp, RenderPipelineDescriptor, TextureDescriptor};
+use crate::scene::{Light, Scene};
+
+use super::state::{ADDITIVE, clear, clear_or_keep, depth_state, target};
+use super::{Stage, View};
+
+/// A light of the frame.
+pub struct StageLight {
+    /// [`LightUniform`].
+    pub buffer: BufferId,
+    /// What it sees through air; a texel of depth 1 where that is switched off.
+    pub air_map: TextureId,
+}
+
+impl Stage {
+    /// Draws both maps of a light and what it reaches directly.
+    pub fn light(&mut self, scene: &Scene, receivers: &Receivers, view: &View, number: usize) -> StageLight {
+        let buffer = self.uniform(&format!("light {number}"), &light_uniform(scene, &scene.lights[number], receivers));
+        let wet = scene.water.is_some();
+        let size = view.shadow_map_size;
+        let air_map =
+            self.map(format!("shadow_map_air {number}"), view.surface_shadows.then_some(size), shadow_map::air_program, buffer, receivers);
+        let under = view.underwater_shadows && wet;
+        let water_map = self.map(format!("shadow_map_water {number}"), under.then_some(size), shadow_map::water_program, buffer, receivers);
+        let bindings = self.frame.bind_group(vec![
+            BindEntry::Uniform(self.camera_buffer, 0),
+            BindEntry::Uniform(buffer, 0),
+            BindEntry::Texture(self.position),
+            BindEntry::Texture(self.normal),
+            BindEntry::Texture(air_map),
+            BindEntry::Texture(water_map),
+            BindEntry::Sampler(Sampler::comparison(CompareFunction::LessEqual)),
+        ]);
+        let pipeline = self.frame.pipeline(RenderPipelineDescriptor {
+            targets: vec![target(TextureFormat::Rgba32Float, Some(ADDITIVE)), target(TextureFormat::R32Float, None)],
+            ..RenderPipelineDescriptor::new("light", light::program(view.surface_shadows, view.underwater_shadows))
+        });
+        self.frame.passes.push(FramePass {
+            label: format!("light {number}"),
+            color: vec![clear_or_keep(self.direct, number == 0), clear(self.visibility)],
+            draws: vec![FrameDraw::new(pipeline, bindings, fullscreen::VERTICES)],
+            ..FramePass::default()
+        });
+        StageLight { buffer, air_map }
+    }
+
+    /// A map of `size` texels, or a texel of depth 1.
+    fn map(
+        &mut self,
+        label: String,
+        size: Option<u32>,
+        program: fn() -> Arc<crate::pipeline::shader::Program>,
+        light: BufferId,
+        receivers: &Receivers,
+    ) -> TextureId {
+        let side = size.unwrap_or(1);
+        let texture = self.frame.texture(TextureDescriptor::d2(label.clone(), side, side, TextureFormat::Depth32Float));
+        let bias = DepthBiasState { constant: 64, slope_scale: 2.5, clamp: 0.0 };
+        let pipeline = self.frame.pipeline(RenderPipelineDescriptor {
+            depth_stencil: Some(depth_state(TextureFormat::Depth32Float, CompareFunction::Less, true, bias)),
+            ..RenderPipelineDescriptor::new(label.clone(), program())
+        });
+        let mut draws = Vec::new();
+        if size.is_some() {
+            let bindings = self.frame.bind_group(vec![BindEntry::Uniform(light, 0), BindEntry::Storage(self.vertices)]);
+            let groups = receivers.groups.iter().filter(|g| !g.elements.is_empty());
+            draws.extend(groups.map(|g| FrameDraw::new(pipeline, bindings, g.elements.clone()).indexed(self.indices)));
+        }
+        let depth = Some(DepthTarget { view: texture.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
+        self.frame.passes.push(FramePass { label, depth, draws, ..FramePass::default() });
+        texture
+    }
+}
+
+/// A light as shaders see it.
+pub fn light_uniform(scene: &Scene, light: &Light, receivers: &Receivers) -> LightUniform {
+    let water = scene.water.as_ref();
+    let level = water.map_or(0.0, |w| w.level_m);
+    let ior = water.map_or(1.0, |w| w.ior);
+    let mut bounds = receivers.bounds;
+    if let Some(w) = water {
+        bounds = bounds.including(Vec3::new(w.min_ws().x, level, w.min_ws().y)).including(Vec3::new(w.max_ws().x, level, w.max_ws().y));
+    }
+    let (position_ws, intensity, spot, inner) = match *light {
+        Light::Directional { irradiance, .. } => {
+            (light.incident(Vec3::ZERO).direction_ws.extend(0.0), irradiance, Vec4::new(0.0, 0.0, 0.0, -2.0), 0.0)
+        }
+        Light::Point { position, intensity } => (position.extend(1.0), intensity, Vec4::new(0.0, 0.0, 0.0, -2.0), 0.0),
+        Light::Spot { position, direction, intensity, inner_deg, outer_deg } => {
+            let cos = |deg| crate::math::space::sin_cos_deg(deg).1 as f32;
+            (position.extend(1.0), intensity, direction.normalize().extend(cos(outer_deg)), cos(inner_deg))
+        }
+    };
+    let refracted = refracted_under_flat_water(light.incident(bounds.center()).direction_ws, ior);
+    let min = water.map_or(bounds.min, |w| Vec3::new(w.min_ws().x, level, w.min_ws().y));
+    let max = water.map_or(bounds.max, |w| Vec3::new(w.max_ws().x, level, w.max_ws().y));
+    let depth = (level - bounds.min.y).max(1.0e-3) * 1.01;
+    LightUniform {
+        clip_from_world: light_matrix(light, bounds),
+        position_ws,
+        intensity: intensity.extend(0.0),
+        spot,
+        water: Vec4::new(inner, level, ior, depth),
+        entry: Vec4::new(min.x, min.z, (max.x - min.x).max(1.0e-3), (max.z - min.z).max(1.0e-3)),
+        refracted: refracted.extend(0.0),
+    }
+}
+
+/// The light's view of everything: parallel for parallel light, otherwise from its place towards the middle.
+fn light_matrix(light: &Light, bounds: Aabb) -> Mat4 {
+    let centre = bounds.center();
+    let radius = (bounds.size().length() * 0.5).max(1.0e-3);
+    let incident = light.incident(centre);
+    let side = |direction: Vec3| if direction.y.abs() > 0.99 { Vec3::X } else { Vec3::Y };
+    match *light {
+        Light::Directional { .. } => {
+            let direction = incident.direction_ws;
+            let view = crate::math::space::look_to(centre - direction * (2.0 * radius), direction, side(direction)).unwrap_or_default();
+            let half = Vec3::new(radius, radius, 0.0);
+            let min = Vec3::new(-half.x, -half.y, -3.0 * radius);
+            let max = Vec3::new(half.x, half.y, -radius);
+            crate::math::space::orthographic(min, max).unwrap_or_default() * view
+        }
+        Light::Point { position, .. } | Light::Spot { position, .. } => {
+            let to = centre - position;
+            let distance = to.length().max(1.0e-3);
+            let direction = to / distance;
+            let view = crate::math::space::look_to(position, direction, side(direction)).unwrap_or_default();
+            // Wide enough for the sphere around everything, at most 160 degrees.
+            let half_angle = if distance > radius { libm::asin(f64::from(radius / distance)) as f32 } else { 1.4 };
+            let near = (distance - radius).max(distance * 1.0e-2);
+            let projection = crate::math::space::perspective((2.0 * half_angle).clamp(0.02, 2.8), 1.0, near, distance + radius);
+            projection.unwrap_or_default() * view
+        }
+    }
+}
