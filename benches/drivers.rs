@@ -194,7 +194,7 @@ fn main() {
         scene.objects.truncate(objects);
         scene.time_s = 1.0;
         let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("a renderer");
-        let frame = Arc::new(renderer.build(&scene).frame);
+        let frame = Arc::new(renderer.build(&scene).expect("a frame").frame);
         let software = time_software(&frame);
         let drivers: Vec<Timed> = gpus.iter().map(|gpu| time_driver(gpu, &frame)).collect();
         header(&name, &gpus);

@@ -201,7 +201,7 @@ fn scene_frame(size: u32) -> Frame {
     (scene.image.width, scene.image.height) = (size, size);
     scene.techniques.caustic_volumes.shadow_map_size = 128;
     let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("a renderer");
-    renderer.build(&scene).frame
+    renderer.build(&scene).expect("a frame").frame
 }
 
 #[test]

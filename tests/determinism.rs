@@ -1,4 +1,4 @@
-//! Every attachment of every pass of every shipped scene: the same bytes on 1, 2 and 7 threads and at every SIMD level, equal to the
+//! Every attachment of every pass of every shipped scene and technique: the same bytes on 1, 2 and 7 threads and at every SIMD level, equal to the
 //! committed hashes in `tests/data/hashes.txt`. Runs in debug and release, so both must agree with the file.
 //!
 //! Scenes are rendered at a quarter of their width and height, because an attachment is compared byte for byte and not looked at. A release
@@ -7,12 +7,12 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use nephroid::caustics::{RenderOptions, Renderer};
+use nephroid::caustics::{RenderOptions, Renderer, TECHNIQUES};
 use nephroid::frame::{FrameObserver, FramePass};
 use nephroid::math::level::available_levels;
 use nephroid::pipeline::shader::ShaderWidth;
 use nephroid::pipeline::{DeviceOptions, Observer, PassOutput, Texture};
-use nephroid::scene::Scene;
+use nephroid::scene::{LightVolumes, Scene};
 
 const SCENES: [&str; 14] = [
     "pool.ron",
@@ -35,13 +35,22 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn small_scene(name: &str) -> Scene {
+/// Techniques, and settings of theirs that draw otherwise.
+const FRAMES: [&str; 3] = ["caustic-volumes", "light-volumes", "light-volumes:paper"];
+
+fn small_scene(name: &str, frame: &str) -> Scene {
     let mut scene = nephroid::scene::load(&root().join("scenes").join(name)).expect("a shipped scene loads");
     scene.image.width = (scene.image.width / 4).max(64);
     scene.image.height = (scene.image.height / 4).max(64);
     scene.techniques.caustic_volumes.samples = 1;
     scene.techniques.caustic_volumes.shadow_map_size = 512;
     scene.techniques.caustic_volumes.grid = Some((33, 33));
+    if frame.ends_with(":paper") {
+        scene.techniques.light_volumes = LightVolumes::PAPER;
+    }
+    scene.techniques.light_volumes.samples = 1;
+    scene.techniques.light_volumes.shadow_map_size = 512;
+    scene.techniques.light_volumes.grid = Some((33, 33));
     scene
 }
 
@@ -69,8 +78,9 @@ impl FrameObserver for Hasher {
     }
 }
 
-fn hashes(scene: &Scene, device: DeviceOptions) -> Vec<(String, u64)> {
-    let options = RenderOptions { device, layers: Some(vec!["color".into()]), ..RenderOptions::default() };
+fn hashes(scene: &Scene, frame: &str, device: DeviceOptions) -> Vec<(String, u64)> {
+    let technique = frame.split(':').next().unwrap_or(frame).to_owned();
+    let options = RenderOptions { technique, device, layers: Some(vec!["color".into()]), ..RenderOptions::default() };
     let mut hasher = Hasher::default();
     Renderer::new(scene, &options).expect("device").render(scene, Some(&mut hasher)).expect("frame");
     hasher.lines
@@ -79,24 +89,24 @@ fn hashes(scene: &Scene, device: DeviceOptions) -> Vec<(String, u64)> {
 #[test]
 fn every_attachment_has_the_same_bytes_everywhere() {
     let mut text = String::new();
-    for name in SCENES {
-        let scene = small_scene(name);
-        let reference = hashes(&scene, DeviceOptions { threads: Some(1), ..DeviceOptions::default() });
+    for (name, frame) in SCENES.iter().flat_map(|name| FRAMES.map(|frame| (name, frame))) {
+        let scene = small_scene(name, frame);
+        let reference = hashes(&scene, frame, DeviceOptions { threads: Some(1), ..DeviceOptions::default() });
         for (attachment, hash) in &reference {
-            writeln!(text, "{name} {attachment} {hash:016x}").expect("writing to a string");
+            writeln!(text, "{name} {frame} {attachment} {hash:016x}").expect("writing to a string");
         }
         for threads in [2, 7] {
-            let other = hashes(&scene, DeviceOptions { threads: Some(threads), ..DeviceOptions::default() });
-            assert_eq!(other, reference, "{name} on {threads} threads");
+            let other = hashes(&scene, frame, DeviceOptions { threads: Some(threads), ..DeviceOptions::default() });
+            assert_eq!(other, reference, "{name}, {frame} on {threads} threads");
         }
         for (level_name, level) in available_levels() {
-            let other = hashes(&scene, DeviceOptions { level: Some(level), ..DeviceOptions::default() });
-            assert_eq!(other, reference, "{name} at level {level_name}");
+            let other = hashes(&scene, frame, DeviceOptions { level: Some(level), ..DeviceOptions::default() });
+            assert_eq!(other, reference, "{name}, {frame} at level {level_name}");
         }
-        let scalar = hashes(&scene, DeviceOptions { width: ShaderWidth::One, ..DeviceOptions::default() });
-        assert_eq!(scalar, reference, "{name} with one lane");
-        let waves = hashes(&scene, DeviceOptions { bin_budget_bytes: 1, ..DeviceOptions::default() });
-        assert_eq!(waves, reference, "{name} in many waves");
+        let scalar = hashes(&scene, frame, DeviceOptions { width: ShaderWidth::One, ..DeviceOptions::default() });
+        assert_eq!(scalar, reference, "{name}, {frame} with one lane");
+        let waves = hashes(&scene, frame, DeviceOptions { bin_budget_bytes: 1, ..DeviceOptions::default() });
+        assert_eq!(waves, reference, "{name}, {frame} in many waves");
     }
     compare_with_file(&root().join("tests/data/hashes.txt"), &text);
 }
@@ -107,10 +117,15 @@ fn whole_scenes_have_the_same_bytes_on_devices_least_alike() {
     let narrowest = available_levels()[0].1;
     for name in SCENES {
         let scene = nephroid::scene::load(&root().join("scenes").join(name)).expect("a shipped scene loads");
-        let best = hashes(&scene, DeviceOptions::default());
-        let least =
-            hashes(&scene, DeviceOptions { threads: Some(7), level: Some(narrowest), width: ShaderWidth::One, bin_budget_bytes: 1 << 20 });
-        assert_eq!(best, least, "{name}");
+        for technique in TECHNIQUES.iter().map(|technique| technique.name()) {
+            let best = hashes(&scene, technique, DeviceOptions::default());
+            let least = hashes(
+                &scene,
+                technique,
+                DeviceOptions { threads: Some(7), level: Some(narrowest), width: ShaderWidth::One, bin_budget_bytes: 1 << 20 },
+            );
+            assert_eq!(best, least, "{name}, {technique}");
+        }
     }
 }
 
@@ -128,9 +143,9 @@ fn compare_with_file(path: &Path, text: &str) {
 
 #[test]
 fn a_changed_attachment_changes_its_hash() {
-    let mut scene = small_scene("analytic/flat_water.ron");
-    let before = hashes(&scene, DeviceOptions::default());
+    let mut scene = small_scene("analytic/flat_water.ron", FRAMES[0]);
+    let before = hashes(&scene, FRAMES[0], DeviceOptions::default());
     scene.medium.sigma_a.x += 1.0e-4;
-    let after = hashes(&scene, DeviceOptions::default());
+    let after = hashes(&scene, FRAMES[0], DeviceOptions::default());
     assert_ne!(before, after);
 }

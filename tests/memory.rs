@@ -23,7 +23,7 @@ fn paper_frame_stays_below_256_mib_resident() {
     (scene.image.width, scene.image.height) = (512, 512);
     scene.techniques.caustic_volumes = CausticVolumes { grid: Some((65, 65)), ..CausticVolumes::PAPER };
     let mut renderer = Renderer::new(&scene, &RenderOptions { memory_limit_bytes: 256 << 20, ..RenderOptions::default() }).expect("device");
-    let textures = renderer.build(&scene).frame.memory().resources();
+    let textures = renderer.build(&scene).expect("a frame").frame.memory().resources();
     for frame in 0..3 {
         scene.time_s = 1.0 + frame as f32 / 30.0;
         renderer.run(&scene, None).expect("within the limit");

@@ -4,8 +4,10 @@ use std::mem::offset_of;
 use std::path::Path;
 use std::sync::Arc;
 
+use nephroid::caustics::light_volumes::shaders::{BeamsUniform, RelightUniform};
+use nephroid::caustics::light_volumes::slices::SliceVertex;
 use nephroid::caustics::{RenderOptions, Renderer};
-use nephroid::caustics::{beams::Beam, caustic_volumes::shaders::VolumeUniform};
+use nephroid::caustics::{TECHNIQUES, beams::Beam, caustic_volumes::shaders::VolumeUniform};
 use nephroid::passes::camera::CameraUniform;
 use nephroid::passes::environment::EnvironmentUniform;
 use nephroid::passes::geometry_buffer::{MaterialUniform, ReceiverVertex};
@@ -13,7 +15,7 @@ use nephroid::passes::shadow_map::LightUniform;
 use nephroid::passes::water_surface::WaterVertex;
 use nephroid::pipeline::BindingKind;
 use nephroid::pipeline::shader::Program;
-use nephroid::scene::{PatternUniform, Radiometry};
+use nephroid::scene::{LightVolumes, PatternUniform, Radiometry};
 
 /// Name, size, and each field's name and offset.
 type Layout = (&'static str, usize, Vec<(&'static str, usize)>);
@@ -36,10 +38,13 @@ fn layouts() -> Vec<Layout> {
         layout!(LightUniform: clip_from_world, position_ws, intensity, spot, water, entry, refracted),
         layout!(VolumeUniform: shape, sigma_t),
         layout!(Beam: g, d, flux),
+        layout!(BeamsUniform: sigma_t, planes),
+        layout!(SliceVertex: plane_y, corner),
+        layout!(RelightUniform: to_light),
     ]
 }
 
-/// Every program of every frame: of all shipped scenes, in both radiometries.
+/// Every program of every frame: of all shipped scenes and techniques, as the paper has it and physical.
 fn programs() -> Vec<Arc<Program>> {
     let mut programs: Vec<Arc<Program>> = Vec::new();
     for scene in ["pool.ron", "pots.ron", "columns.ron", "analytic/flat_water.ron", "analytic/sine_water.ron"] {
@@ -47,12 +52,22 @@ fn programs() -> Vec<Arc<Program>> {
         (scene.image.width, scene.image.height) = (16, 16);
         scene.time_s = 0.0;
         scene.techniques.caustic_volumes.grid = Some((9, 9));
-        for radiometry in [Radiometry::Paper, Radiometry::Physical] {
-            scene.techniques.caustic_volumes.radiometry = radiometry;
-            let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("a renderer");
-            for pipeline in renderer.build(&scene).frame.pipelines {
-                if !programs.iter().any(|p| p.name == pipeline.program.name && p.wgsl_constants == pipeline.program.wgsl_constants) {
-                    programs.push(pipeline.program);
+        scene.techniques.light_volumes.grid = Some((9, 9));
+        for paper in [true, false] {
+            if paper {
+                scene.techniques.caustic_volumes.radiometry = Radiometry::Paper;
+                scene.techniques.light_volumes = LightVolumes { grid: Some((9, 9)), ..LightVolumes::PAPER };
+            } else {
+                scene.techniques.caustic_volumes.radiometry = Radiometry::Physical;
+                scene.techniques.light_volumes = LightVolumes { grid: Some((9, 9)), ..LightVolumes::default() };
+            }
+            for technique in TECHNIQUES {
+                let options = RenderOptions { technique: technique.name().to_owned(), ..RenderOptions::default() };
+                let mut renderer = Renderer::new(&scene, &options).expect("a renderer");
+                for pipeline in renderer.build(&scene).expect("a frame").frame.pipelines {
+                    if !programs.iter().any(|p| p.name == pipeline.program.name && p.wgsl_constants == pipeline.program.wgsl_constants) {
+                        programs.push(pipeline.program);
+                    }
                 }
             }
         }

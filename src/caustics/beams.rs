@@ -195,3 +195,39 @@ fn beam(v: [Refracted; 3], count: Count, flat_transmittance: f32) -> (Option<Bea
     };
     (Some(beam), energy)
 }
+
+/// Where the light of all beams goes, in watts summed over RGB.
+///
+/// `water_incident = surface_reflected + surface_grazing + water_entered`, and `beams_carry = absorbed_above_bottom + reached_bottom` (`beams_carry` is
+/// `water_entered` in physical radiometry) on the level
+/// of the volumes' bottom cap, for beams that nothing blocks.
+#[must_use]
+pub fn audit(beams: &[LightBeams], sigma_t: Vec3, bottom_y: f32) -> Vec<(String, f64)> {
+    let mut energy = SurfaceEnergy::default();
+    let mut bottom = 0.0;
+    let mut carried = 0.0;
+    for light in beams {
+        energy.incident += light.energy.incident;
+        energy.reflected += light.energy.reflected;
+        energy.entered += light.energy.entered;
+        energy.grazing += light.energy.grazing;
+        for beam in &light.beams {
+            let length = [0, 1, 2].map(|i: usize| (beam.g[i].y - bottom_y) * beam.d[i].y).iter().sum::<f32>() / 3.0;
+            for channel in 0..3 {
+                let left = libm::exp(f64::from(-sigma_t[channel] * length.max(0.0)));
+                carried += f64::from(beam.flux[channel]);
+                bottom += f64::from(beam.flux[channel]) * left;
+            }
+        }
+    }
+    let entry = |name: &str, watts| (name.to_owned(), watts);
+    vec![
+        entry("water_incident", energy.incident),
+        entry("surface_reflected", energy.reflected),
+        entry("surface_grazing", energy.grazing),
+        entry("water_entered", energy.entered),
+        entry("beams_carry", carried),
+        entry("absorbed_above_bottom", carried - bottom),
+        entry("reached_bottom", bottom),
+    ]
+}

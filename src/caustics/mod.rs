@@ -3,6 +3,7 @@
 pub mod beams;
 pub mod caustic_volumes;
 mod layers;
+pub mod light_volumes;
 mod receivers;
 mod stage;
 
@@ -28,7 +29,7 @@ pub trait Technique: Sync {
 /// Builds the frames of one scene with one technique.
 pub trait FrameSource: Send {
     /// Builds the frame of a scene that differs from the prepared one at most in time, lights, camera and medium.
-    fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> TechniqueFrame;
+    fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError>;
 }
 
 /// A frame and how to read its results.
@@ -76,7 +77,7 @@ pub enum LayerRead {
 }
 
 /// All techniques.
-pub const TECHNIQUES: &[&dyn Technique] = &[&caustic_volumes::CausticVolumesTechnique];
+pub const TECHNIQUES: &[&dyn Technique] = &[&caustic_volumes::CausticVolumesTechnique, &light_volumes::LightVolumesTechnique];
 
 /// Why a picture cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -186,7 +187,7 @@ impl Renderer {
     }
 
     /// Builds the frame of a scene without running it.
-    pub fn build(&mut self, scene: &Scene) -> TechniqueFrame {
+    pub fn build(&mut self, scene: &Scene) -> Result<TechniqueFrame, RenderError> {
         let wanted: Vec<String> = self.wanted().iter().map(|s| (*s).to_owned()).collect();
         let wanted: Vec<&str> = wanted.iter().map(String::as_str).collect();
         self.source.frame(scene, self.executor.device(), &wanted)
@@ -194,7 +195,7 @@ impl Renderer {
 
     /// Renders a picture and its layers.
     pub fn render(&mut self, scene: &Scene, observer: Option<&mut dyn FrameObserver>) -> Result<Rendered, RenderError> {
-        let built = self.build(scene);
+        let built = self.build(scene)?;
         self.check_layers(&built)?;
         let output = self.executor.run(&built.frame, observer)?;
         let names = self.layers.as_deref();
@@ -210,7 +211,7 @@ impl Renderer {
 
     /// Runs the frame without reading anything back: what a frame costs.
     pub fn run(&mut self, scene: &Scene, observer: Option<&mut dyn FrameObserver>) -> Result<(), RenderError> {
-        let built = self.source.frame(scene, self.executor.device(), &["color"]);
+        let built = self.source.frame(scene, self.executor.device(), &["color"])?;
         self.executor.run(&built.frame, observer)?;
         Ok(())
     }

@@ -8,7 +8,7 @@ pub mod cpu;
 mod description;
 mod memory;
 
-pub use cpu::{CpuExecutor, Executor, FrameError, FrameObserver, FrameOutput};
+pub use cpu::{CpuExecutor, Executor, FrameError, FrameObserver, FrameOutput, initial_textures, pipelines, run_frame_pass};
 pub use description::{
     BindEntry, BindGroup, BindGroupId, BufferId, ColorTarget, DepthTarget, Frame, FrameBuffer, FrameDraw, FrameIndex, FramePass,
     FrameTexture, Initial, PipelineId, TextureId, View,

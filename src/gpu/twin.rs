@@ -317,7 +317,7 @@ mod tests {
         (scene.image.width, scene.image.height) = (16, 16);
         scene.time_s = 0.0;
         scene.techniques.caustic_volumes.grid = Some((9, 9));
-        let frame = Renderer::new(&scene, &RenderOptions::default()).unwrap().build(&scene).frame;
+        let frame = Renderer::new(&scene, &RenderOptions::default()).unwrap().build(&scene).unwrap().frame;
         let mut programs: Vec<_> = frame.pipelines.into_iter().map(|p| p.program).collect();
         programs.extend([Interpolation::Flat, Interpolation::Linear, Interpolation::Perspective].map(program));
         programs

@@ -12,7 +12,7 @@ use super::environment::SunDisc;
 use super::light::{Aim, Light};
 use super::medium::Medium;
 use super::names::nearest;
-use super::settings::{EyeRefraction, Faces, Radiometry};
+use super::settings::{BeamCulling, BeamShadows, EnergyAt, EyeRefraction, Faces, Gather, Radiometry};
 use super::trace::MeasuringPlane;
 use super::water::{AxisCosine, CircularCosine, OceanSettings, Water, WaterModel};
 
@@ -257,6 +257,12 @@ macro_rules! named_values {
 named_values!(Radiometry: "paper" = Radiometry::Paper, "physical" = Radiometry::Physical);
 named_values!(EyeRefraction: "virtual_plane" = EyeRefraction::VirtualPlane, "snell" = EyeRefraction::Snell);
 named_values!(Faces: "front" = Faces::Front, "back" = Faces::Back);
+named_values!(Gather: "flat_water" = Gather::FlatWater, "vector" = Gather::Vector, "per_beam" = Gather::PerBeam);
+named_values!(EnergyAt: "face" = EnergyAt::Face, "receiver" = EnergyAt::Receiver);
+named_values!(BeamCulling: "off" = BeamCulling::Off, "per_beam" = BeamCulling::PerBeam, "hierarchical" = BeamCulling::Hierarchical);
+named_values!(
+    BeamShadows: "off" = BeamShadows::Off, "vertices" = BeamShadows::Vertices, "culling" = BeamShadows::Culling, "both" = BeamShadows::Both
+);
 
 fn write_to<T: Value>(target: &mut T, text: &str) -> Result<(), Refusal> {
     *target = T::read(text).ok_or(Refusal::Unreadable)?;
@@ -546,6 +552,114 @@ pub const SETTINGS: &[Setting] = &[
     field!("caustic_volumes.samples", "", "1", "a whole number from 1 to 8", "Samples along each side of a pixel.", |scene| scene
         .techniques
         .caustic_volumes
+        .samples),
+    field!(
+        "light_volumes.radiometry",
+        "",
+        "physical",
+        "one of paper, physical",
+        "Whether light is counted as the paper prints it, or so that none is made or lost.",
+        |scene| scene.techniques.light_volumes.radiometry
+    ),
+    field!(
+        "light_volumes.gather",
+        "",
+        "per_beam",
+        "one of flat_water, vector, per_beam",
+        "How the light of many beams is added up at a receiver.",
+        |scene| scene.techniques.light_volumes.gather
+    ),
+    field!("light_volumes.energy", "", "receiver", "one of face, receiver", "Where the light of a beam is computed.", |scene| scene
+        .techniques
+        .light_volumes
+        .energy),
+    field!(
+        "light_volumes.grid",
+        "vertices",
+        "none",
+        "none, or COLUMNSxROWS with each from 2 to 4096",
+        "Grid of the water mesh that makes the beams, in place of the water's own.",
+        |scene| scene.techniques.light_volumes.grid
+    ),
+    field!("light_volumes.planes", "", "17", "a whole number from 2 to 64", "Slicing planes, the surface among them.", |scene| scene
+        .techniques
+        .light_volumes
+        .planes),
+    field!(
+        "light_volumes.depth_below_floor_m",
+        "m",
+        "0.05",
+        "a number from 0 to 1e6",
+        "How far the lowest slicing plane lies below the lowest receiver.",
+        |scene| scene.techniques.light_volumes.depth_below_floor_m
+    ),
+    field!(
+        "light_volumes.culling",
+        "",
+        "hierarchical",
+        "one of off, per_beam, hierarchical",
+        "How beams that need not be drawn are found.",
+        |scene| scene.techniques.light_volumes.culling
+    ),
+    field!(
+        "light_volumes.clamping",
+        "",
+        "true",
+        "true or false",
+        "Whether beams are drawn only where the boxes of receivers are.",
+        |scene| scene.techniques.light_volumes.clamping
+    ),
+    field!("light_volumes.buckets", "quadtrees", "4x4", "COLUMNSxROWS, each from 1 to 64", "Quadtrees along x and z.", |scene| scene
+        .techniques
+        .light_volumes
+        .buckets),
+    field!("light_volumes.levels", "", "3", "a whole number from 0 to 8", "How often each quadtree is cut.", |scene| scene
+        .techniques
+        .light_volumes
+        .levels),
+    field!(
+        "light_volumes.shadows",
+        "",
+        "both",
+        "one of off, vertices, culling, both",
+        "How objects above the water cut off beams.",
+        |scene| scene.techniques.light_volumes.shadows
+    ),
+    field!(
+        "light_volumes.least_shadow",
+        "",
+        "0.98",
+        "a number from 0 to 1",
+        "Share of a leaf that must be in shadow for it to be culled.",
+        |scene| scene.techniques.light_volumes.least_shadow
+    ),
+    field!(
+        "light_volumes.eye_refraction",
+        "",
+        "snell",
+        "one of virtual_plane, snell",
+        "How the eye sees through the water surface.",
+        |scene| scene.techniques.light_volumes.eye_refraction
+    ),
+    field!(
+        "light_volumes.underwater_shadows",
+        "",
+        "true",
+        "true or false",
+        "Whether objects under water cut off the light behind them.",
+        |scene| scene.techniques.light_volumes.underwater_shadows
+    ),
+    field!(
+        "light_volumes.shadow_map_size",
+        "texels",
+        "2048",
+        "a whole number from 16 to 16384",
+        "Width and height of the shadow maps.",
+        |scene| scene.techniques.light_volumes.shadow_map_size
+    ),
+    field!("light_volumes.samples", "", "1", "a whole number from 1 to 8", "Samples along each side of a pixel.", |scene| scene
+        .techniques
+        .light_volumes
         .samples),
     field!(
         "trace.grid",

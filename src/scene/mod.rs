@@ -44,7 +44,9 @@ pub use mesh::ObjectError;
 pub use names::nearest;
 pub use object::{Object, Transform};
 pub use pattern::PatternUniform;
-pub use settings::{CausticVolumes, EyeRefraction, Faces, MAX_GRID, Radiometry, TechniqueSettings};
+pub use settings::{
+    BeamCulling, BeamShadows, CausticVolumes, EnergyAt, EyeRefraction, Faces, Gather, LightVolumes, MAX_GRID, Radiometry, TechniqueSettings,
+};
 pub use shape::{MESH_EXTENSIONS, Shape};
 pub use smoke::{Density, DensityGrid, MAX_SMOKE_CELLS, Smoke};
 pub use source::Source;

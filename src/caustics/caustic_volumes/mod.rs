@@ -51,7 +51,7 @@ struct Source {
 }
 
 impl FrameSource for Source {
-    fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> TechniqueFrame {
+    fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
         let settings = &scene.techniques.caustic_volumes;
         let field = self.water.as_mut().zip(scene.water.as_ref()).map(|(sim, water)| {
             let (columns, rows) = settings.grid.unwrap_or(water.grid);
@@ -79,51 +79,15 @@ impl FrameSource for Source {
         let source = |name, texture, channels, read| LayerSource { name, texture, channels, read };
         layers.extend(targets.direction.map(|texture| source("caustic_direction", texture, 3, LayerRead::WeightedMean)));
         layers.extend(targets.count.map(|texture| source("fragment_count", texture, 1, LayerRead::Sum)));
-        TechniqueFrame {
+        Ok(TechniqueFrame {
             layers,
             margin: stage.margin,
             samples: stage.samples,
-            audit: audit(scene, &beams, bottom_y),
+            audit: beams::audit(&beams, scene.medium.sigma_t(), bottom_y),
             counters: counters(&self.receivers, &beams),
             frame: stage.frame,
-        }
+        })
     }
-}
-
-/// Where the light of all beams goes, in watts summed over RGB.
-///
-/// `water_incident = surface_reflected + surface_grazing + water_entered`, and `beams_carry = absorbed_above_bottom + reached_bottom` (`beams_carry` is
-/// `water_entered` in physical radiometry) on the level
-/// of the volumes' bottom cap, for beams that nothing blocks.
-fn audit(scene: &Scene, beams: &[beams::LightBeams], bottom_y: f32) -> Vec<(String, f64)> {
-    let mut energy = beams::SurfaceEnergy::default();
-    let mut bottom = 0.0;
-    let mut carried = 0.0;
-    let sigma_t = scene.medium.sigma_t();
-    for light in beams {
-        energy.incident += light.energy.incident;
-        energy.reflected += light.energy.reflected;
-        energy.entered += light.energy.entered;
-        energy.grazing += light.energy.grazing;
-        for beam in &light.beams {
-            let length = [0, 1, 2].map(|i: usize| (beam.g[i].y - bottom_y) * beam.d[i].y).iter().sum::<f32>() / 3.0;
-            for channel in 0..3 {
-                let left = libm::exp(f64::from(-sigma_t[channel] * length.max(0.0)));
-                carried += f64::from(beam.flux[channel]);
-                bottom += f64::from(beam.flux[channel]) * left;
-            }
-        }
-    }
-    let entry = |name: &str, watts| (name.to_owned(), watts);
-    vec![
-        entry("water_incident", energy.incident),
-        entry("surface_reflected", energy.reflected),
-        entry("surface_grazing", energy.grazing),
-        entry("water_entered", energy.entered),
-        entry("beams_carry", carried),
-        entry("absorbed_above_bottom", carried - bottom),
-        entry("reached_bottom", bottom),
-    ]
 }
 
 fn counters(receivers: &Receivers, beams: &[beams::LightBeams]) -> Vec<(String, u64)> {

@@ -65,7 +65,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
         let loaded = renderer::load(scene, None, args.size, None, &args.settings)?;
         for technique in TECHNIQUES {
             let options = RenderOptions { technique: technique.name().to_owned(), ..RenderOptions::default() };
-            let mut frame = Renderer::new(&loaded, &options)?.build(&loaded).frame;
+            let mut frame = Renderer::new(&loaded, &options)?.build(&loaded)?.frame;
             frame.rules = rules.1;
             check_memory(&frame, &device, options.memory_limit_bytes)?;
             for &mode in modes {

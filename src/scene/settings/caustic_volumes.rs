@@ -1,39 +1,10 @@
-//! The settings of each technique: one struct per technique, every field with its unit, its range and its default.
+//! Settings of `caustic-volumes`.
 
 use serde::{Deserialize, Serialize};
 
-use super::check::{At, Invalid, MAX_LENGTH_M};
+use crate::scene::check::{At, Invalid, MAX_LENGTH_M};
 
-/// Largest side of the water grid that a technique may ask for, in vertices.
-pub const MAX_GRID: u32 = 4096;
-
-/// What the techniques are told, beyond the scene itself.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct TechniqueSettings {
-    /// Caustic volumes (Sandberg & Falemo 2005). Default: all defaults
-    pub caustic_volumes: CausticVolumes,
-}
-
-/// Whether light is counted as the paper prints it, or so that none is made or lost.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Radiometry {
-    /// The published equation, to the letter.
-    Paper,
-    /// Flux is conserved: transmittance and both cosines are in, and receivers answer to the angle of the light.
-    #[default]
-    Physical,
-}
-
-/// How the eye sees through the water surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum EyeRefraction {
-    /// The picture of what is under water, looked up through a plane at the mean level and shifted by the waves [SF05 §3.5].
-    VirtualPlane,
-    /// Each pixel's ray refracted by Snell's law and followed to what it hits.
-    #[default]
-    Snell,
-}
+use super::{EyeRefraction, Radiometry, validate_grid};
 
 /// Which faces of the caustic volumes are rasterized.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -104,21 +75,11 @@ impl CausticVolumes {
         samples: 1,
     };
 
-    fn validate(&self, at: &At<'_>) -> Result<(), Invalid> {
-        if let Some((columns, rows)) = self.grid {
-            let grid = at.field("grid");
-            grid.index(0).count(columns, 2..=MAX_GRID)?;
-            grid.index(1).count(rows, 2..=MAX_GRID)?;
-        }
+    pub(super) fn validate(&self, at: &At<'_>) -> Result<(), Invalid> {
+        validate_grid(self.grid, at)?;
         at.field("depth_below_floor_m").within(self.depth_below_floor_m, 0.0..=MAX_LENGTH_M, "m")?;
         at.field("negligible_light").within(self.negligible_light, 0.0..=0.5, "")?;
         at.field("shadow_map_size").count(self.shadow_map_size, 16..=16384)?;
         at.field("samples").count(self.samples, 1..=8)
-    }
-}
-
-impl TechniqueSettings {
-    pub(super) fn validate(&self, at: &At<'_>) -> Result<(), Invalid> {
-        self.caustic_volumes.validate(&at.field("caustic_volumes"))
     }
 }

@@ -1,0 +1,245 @@
+//! Quadtrees over the water, and parent beams: a body around all beams of a node [BO §3.3].
+//!
+//! A parent beam is the convex hull of two level rectangles, on a plane above all crests and on the lowest slicing plane. Every ray of the node,
+//! drawn out to both planes, starts in the one and ends in the other, so that in between it stays in the rectangle that goes from one to
+//! the other in proportion to height.
+
+use std::ops::Range;
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use crate::caustics::beams::{LightBeams, NONE};
+
+/// Rectangles are widened by this share of their coordinates: as much as rounding can put a ray beside them.
+const SLACK: f32 = 1.0e-5;
+
+/// A rectangle in x and z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rect {
+    /// Corner with the least coordinates, m.
+    pub min: Vec2,
+    /// Corner with the greatest.
+    pub max: Vec2,
+}
+
+impl Rect {
+    /// Holds nothing.
+    pub const EMPTY: Self = Self { min: Vec2::INFINITY, max: Vec2::NEG_INFINITY };
+
+    /// The least rectangle around this one and a point.
+    #[must_use]
+    pub fn including(self, p: Vec2) -> Self {
+        Self { min: self.min.min(p), max: self.max.max(p) }
+    }
+    /// The least rectangle around both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+    /// Whether they have a point in common.
+    #[must_use]
+    pub fn meets(self, other: Self) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+    /// Whether all of the other is in this one.
+    #[must_use]
+    pub fn contains(self, other: Self) -> bool {
+        self.min.cmple(other.min).all() && other.max.cmple(self.max).all()
+    }
+    fn widened(self) -> Self {
+        let slack = Vec2::splat(SLACK * (1.0 + self.min.abs().max(self.max.abs()).max_element()));
+        Self { min: self.min - slack, max: self.max + slack }
+    }
+    fn corners(self) -> [Vec2; 4] {
+        [self.min, Vec2::new(self.max.x, self.min.y), self.max, Vec2::new(self.min.x, self.max.y)]
+    }
+}
+
+/// The heights of both planes, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    /// Above all water.
+    pub top_y: f32,
+    /// The lowest point of the surface.
+    pub trough_y: f32,
+    /// The lowest slicing plane.
+    pub bottom_y: f32,
+}
+
+/// Cells of the water mesh: columns and rows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cells {
+    /// Columns.
+    pub columns: Range<u32>,
+    /// Rows.
+    pub rows: Range<u32>,
+}
+
+impl Cells {
+    /// Number of cells.
+    #[must_use]
+    pub fn count(&self) -> u32 {
+        self.columns.len() as u32 * self.rows.len() as u32
+    }
+}
+
+/// A node of a quadtree.
+#[derive(Clone, Debug)]
+pub struct Node {
+    /// Its part of the mesh. A triangle belongs to the cell that its bottom left vertex begins.
+    pub cells: Cells,
+    /// Its children's places; empty for a leaf.
+    pub children: Range<u32>,
+    /// Levels below it.
+    pub levels: u32,
+    /// The parent beam on both planes; empty if no triangle of the node has a beam.
+    pub top: Rect,
+    /// On the lowest plane.
+    pub bottom: Rect,
+    /// Beams in it.
+    pub beams: u32,
+}
+
+impl Node {
+    /// Cross-section of the parent beam at a height.
+    #[must_use]
+    pub fn section(&self, span: Span, y: f32) -> Rect {
+        let t = ((span.top_y - y) / (span.top_y - span.bottom_y)).max(0.0);
+        Rect { min: self.top.min + (self.bottom.min - self.top.min) * t, max: self.top.max + (self.bottom.max - self.top.max) * t }
+    }
+
+    /// Corners of the parent beam's cross-section at a height.
+    #[must_use]
+    pub fn corners(&self, span: Span, y: f32) -> [Vec3; 4] {
+        self.section(span, y).corners().map(|p| Vec3::new(p.x, y, p.y))
+    }
+
+    /// Whether no triangle of the node has a beam.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.beams == 0
+    }
+}
+
+/// All quadtrees.
+#[derive(Clone, Debug)]
+pub struct Hierarchy {
+    /// Parents before their children; the roots come first.
+    pub nodes: Vec<Node>,
+    /// Number of roots.
+    pub roots: usize,
+    /// Columns of cells of the mesh.
+    pub columns: u32,
+}
+
+impl Hierarchy {
+    /// `buckets` quadtrees along x and z over a mesh of `vertices`, each cut `levels` times, or until there is one cell.
+    #[must_use]
+    pub fn new(vertices: (u32, u32), buckets: (u32, u32), levels: u32) -> Self {
+        let (columns, rows) = (vertices.0 - 1, vertices.1 - 1);
+        let mut nodes = Vec::new();
+        for row in parts(&(0..rows), buckets.1) {
+            for column in parts(&(0..columns), buckets.0) {
+                nodes.push(Self::node(column, row.clone(), levels));
+            }
+        }
+        let roots = nodes.len();
+        let mut next = 0;
+        while next < nodes.len() {
+            let (cells, levels) = (nodes[next].cells.clone(), nodes[next].levels);
+            if levels > 0 && cells.count() > 1 {
+                let first = nodes.len() as u32;
+                for row in parts(&cells.rows, 2) {
+                    for column in parts(&cells.columns, 2) {
+                        nodes.push(Self::node(column, row.clone(), levels - 1));
+                    }
+                }
+                nodes[next].children = first..nodes.len() as u32;
+            }
+            next += 1;
+        }
+        Self { nodes, roots, columns }
+    }
+
+    fn node(columns: Range<u32>, rows: Range<u32>, levels: u32) -> Node {
+        Node { cells: Cells { columns, rows }, children: 0..0, levels, top: Rect::EMPTY, bottom: Rect::EMPTY, beams: 0 }
+    }
+
+    /// Fits the parent beams to a light's beams.
+    pub fn update(&mut self, light: &LightBeams, span: Span) {
+        let columns = self.columns;
+        self.nodes.par_iter_mut().with_min_len(64).filter(|node| node.children.is_empty()).for_each(|node| {
+            (node.top, node.bottom, node.beams) = (Rect::EMPTY, Rect::EMPTY, 0);
+            for triangle in triangles(columns, &node.cells) {
+                let beam = light.of_triangle[triangle as usize];
+                if beam == NONE {
+                    continue;
+                }
+                let beam = &light.beams[beam as usize];
+                for (g, d) in beam.g.iter().zip(&beam.d) {
+                    let at = |y: f32| Vec2::new(g.x + d.x * (g.y - y), g.z + d.z * (g.y - y));
+                    node.top = node.top.including(at(span.top_y));
+                    node.bottom = node.bottom.including(at(span.bottom_y));
+                }
+                node.beams += 1;
+            }
+            if node.beams > 0 {
+                (node.top, node.bottom) = (node.top.widened(), node.bottom.widened());
+            }
+        });
+        for index in (0..self.nodes.len()).rev() {
+            let children = self.nodes[index].children.clone();
+            if children.is_empty() {
+                continue;
+            }
+            let below = &self.nodes[children.start as usize..children.end as usize];
+            let (top, bottom) = below.iter().fold((Rect::EMPTY, Rect::EMPTY), |(t, b), n| (t.union(n.top), b.union(n.bottom)));
+            let beams = below.iter().map(|n| n.beams).sum();
+            let node = &mut self.nodes[index];
+            (node.top, node.bottom, node.beams) = (top, bottom, beams);
+        }
+    }
+}
+
+/// A range cut into so many parts of about equal length, without empty ones.
+fn parts(range: &Range<u32>, count: u32) -> impl Iterator<Item = Range<u32>> + use<> {
+    let (start, length) = (u64::from(range.start), range.len() as u64);
+    let at = move |k: u64| (start + length * k / u64::from(count)) as u32;
+    (0..u64::from(count)).map(move |k| at(k)..at(k + 1)).filter(|part| !part.is_empty())
+}
+
+/// The triangles of some cells.
+pub fn triangles(columns: u32, cells: &Cells) -> impl Iterator<Item = u32> + use<> {
+    let across = cells.columns.clone();
+    cells.rows.clone().flat_map(move |row| across.clone().flat_map(move |column| [0, 1].map(|k| 2 * (row * columns + column) + k)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn leaves_hold_every_triangle_once() {
+        for (vertices, buckets, levels) in [((120, 120), (4, 4), 3), ((6, 3), (2, 5), 8), ((2, 2), (1, 1), 0), ((200, 31), (3, 2), 4)] {
+            let hierarchy = Hierarchy::new(vertices, buckets, levels);
+            let mut seen = vec![0; 2 * (vertices.0 as usize - 1) * (vertices.1 as usize - 1)];
+            for leaf in hierarchy.nodes.iter().filter(|node| node.children.is_empty()) {
+                for triangle in triangles(hierarchy.columns, &leaf.cells) {
+                    seen[triangle as usize] += 1;
+                }
+            }
+            assert!(seen.iter().all(|&count| count == 1), "{vertices:?} in {buckets:?}, {levels} levels");
+        }
+    }
+
+    #[test]
+    fn children_make_up_their_parent() {
+        let hierarchy = Hierarchy::new((33, 17), (2, 1), 3);
+        for (index, node) in hierarchy.nodes.iter().enumerate().filter(|(_, node)| !node.children.is_empty()) {
+            let below = &hierarchy.nodes[node.children.start as usize..node.children.end as usize];
+            assert!(node.children.start as usize > index);
+            assert_eq!(below.iter().map(|child| child.cells.count()).sum::<u32>(), node.cells.count());
+        }
+    }
+}

@@ -1,0 +1,65 @@
+// What the light of a beam is like: the twins of `lit`, `section`, `drawn_area` and `spread`.
+
+const SMALLEST_SECTION: f32 = 1.0e-7;
+
+struct BeamsUniform {
+    sigma_t: vec4<f32>,
+    planes: vec4<f32>,
+}
+
+@group(0) @binding(1) var<uniform> beams: BeamsUniform;
+@group(0) @binding(2) var<uniform> light: LightUniform;
+@group(0) @binding(5) var air_map: texture_depth_2d;
+@group(0) @binding(6) var compare: sampler_comparison;
+
+fn lit_at(number: u32) -> f32 {
+    if beams.planes.w > 0.0 {
+        let at = through_air(light, beam.g[number].xyz);
+        if at.w > 0.0 {
+            return textureSampleCompareLevel(air_map, compare, at.xy, at.z);
+        }
+    }
+    return 1.0;
+}
+
+fn perp_dot(a: vec2<f32>, b: vec2<f32>) -> f32 {
+    return a.x * b.y - a.y * b.x;
+}
+
+fn section_corner(number: u32, y: f32) -> vec2<f32> {
+    return (beam.g[number].y - y) * beam.d[number].xz + beam.g[number].xz;
+}
+
+fn double_area(y: f32) -> f32 {
+    let first = section_corner(0u, y);
+    return perp_dot(section_corner(1u, y) - first, section_corner(2u, y) - first);
+}
+
+fn drawn_area(y: f32) -> f32 {
+    let level = beams.planes.x;
+    let step = beams.planes.y;
+    let slab = clamp(floor((level - y) / step), 0.0, beams.planes.z - 1.0);
+    let top = level - slab * step;
+    let bottom = level - (slab + 1.0) * step;
+    let whole = double_area(y);
+    var cut = whole;
+    for (var i = 0u; i < 3u; i++) {
+        let j = (i + 1u) % 3u;
+        let starts = beam.g[i].w > 0.0;
+        let start = select(j, i, starts);
+        let end = select(i, j, starts);
+        let high = select(min(top, beam.g[start].y), beam.g[start].y, slab == 0.0);
+        let low = min(bottom, beam.g[end].y);
+        let above = section_corner(start, high);
+        let below = section_corner(end, low);
+        let t = clamp((high - y) / max(high - low, 1.0e-12), 0.0, 1.0);
+        let diagonal = (below - above) * t + above;
+        let a = section_corner(i, y);
+        cut += perp_dot(diagonal - a, section_corner(j, y) - a);
+    }
+    return max(abs(cut), abs(whole)) * 0.5;
+}
+
+fn spread(area: f32) -> f32 {
+    return max(area, SMALLEST_SECTION * beam.flux.w);
+}

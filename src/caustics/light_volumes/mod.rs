@@ -1,0 +1,256 @@
+//! `light-volumes`: J. Barczak, M. Olano, *Interactive Shadowed Caustics Using Hierarchical Light Volumes*, University of Maryland Baltimore
+//! County (BO).
+//!
+//! Each triangle of the water mesh is swept down its refracted rays through fixed slicing planes. The faces of such a beam are counted in the
+//! stencil, so that it differs from a reference exactly where a receiver lies inside; a second draw adds the beam's light there and resets
+//! the count. Quadtrees over the water cull and clamp the beams, and occlusion queries against a shadow map cull those in shadow.
+//! Files: `slices` (planes, vertices), `boxes` (receivers), `hierarchy` (quadtrees, parent beams), `cull` (which beams, between which
+//! planes), `shadow` (occlusion queries), `shaders` (programs), `frame` (passes).
+//!
+//! Decisions the paper leaves open, in full in `docs/techniques/light-volumes.md`:
+//! - E1 two radiometries: `paper` has neither cosine, `physical` conserves flux;
+//! - E2 counts go both ways from a reference in the middle, and wrap; bodies are closed; an eye under water counts what lies behind receivers;
+//! - E3 light is computed at the receiver, or read from the first face in the order of the index buffer;
+//! - E4 a cross-section counts as at least a ten-millionth of its generator;
+//! - E5 `physical` has attenuation, `paper` has not;
+//! - E6 vectors are clamped after the sum, irradiances beam by beam;
+//! - E7 no more is asked below a node where no leaf can be shadowed enough;
+//! - E8 what objects under water keep from others is an option beyond the paper;
+//! - E9 a shadow's edge is interpolated over one cell of the mesh.
+
+pub mod boxes;
+pub mod cull;
+pub mod frame;
+pub mod hierarchy;
+pub mod shaders;
+pub mod shadow;
+pub mod slices;
+
+use glam::Vec3;
+
+use crate::geom::Aabb;
+use crate::pipeline::Device;
+use crate::scene::water::{HeightField, WaterSim};
+use crate::scene::{BeamCulling, LightVolumes, Radiometry, Scene};
+
+use super::beams::{self, LightBeams};
+use super::stage::light::light_uniform;
+use super::stage::{self, Stage};
+use super::{FrameSource, LayerRead, LayerSource, Receivers, RenderError, Technique, TechniqueFrame};
+use cull::{Counts, Scope};
+use frame::LightPass;
+use hierarchy::{Hierarchy, Span};
+use shadow::Shadowed;
+use slices::Slices;
+
+/// The technique.
+pub struct LightVolumesTechnique;
+
+impl Technique for LightVolumesTechnique {
+    fn name(&self) -> &'static str {
+        "light-volumes"
+    }
+    fn summary(&self) -> &'static str {
+        "beams of light counted in the stencil one by one, culled and clamped down quadtrees over the water"
+    }
+    fn paper(&self) -> &'static str {
+        "Barczak & Olano, Interactive Shadowed Caustics Using Hierarchical Light Volumes"
+    }
+    fn prepare(&self, scene: &Scene) -> Result<Box<dyn FrameSource>, RenderError> {
+        let settings = &scene.techniques.light_volumes;
+        let receivers = Receivers::new(scene, stage::cut_level(scene, settings.eye_refraction))?;
+        let boxes = scene.water.as_ref().map_or_else(Vec::new, |water| boxes::boxes(&receivers, water.level_m));
+        let water = scene.water.as_ref().map(|w| w.simulator());
+        Ok(Box::new(Source { receivers, boxes, water, kept: None }))
+    }
+}
+
+/// What stays from frame to frame: meshes, their boxes, and the water as it was.
+struct Source {
+    receivers: Receivers,
+    boxes: Vec<Aabb>,
+    water: Option<WaterSim>,
+    kept: Option<Kept>,
+}
+
+/// What depends on the settings alone.
+struct Kept {
+    key: (f32, f32, u32, (u32, u32), (u32, u32), u32),
+    slices: Slices,
+    hierarchy: Hierarchy,
+}
+
+/// What came of the beams of all lights.
+#[derive(Default)]
+struct Tally {
+    counts: Counts,
+    draws: u64,
+    queries: u64,
+    leaves_culled: u64,
+    beams_shadowed: u64,
+    shadowed_w: f64,
+}
+
+impl FrameSource for Source {
+    fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
+        let settings = &scene.techniques.light_volumes;
+        let view = frame::view(settings);
+        let field = self.water.as_mut().zip(scene.water.as_ref()).map(|(sim, water)| {
+            let (columns, rows) = settings.grid.unwrap_or(water.grid);
+            sim.surface_with_grid(columns, rows, scene.time_s)
+        });
+        let mut stage = Stage::new(scene, &self.receivers, &view);
+        let targets =
+            frame::targets(&mut stage, settings.gather, layers.contains(&"caustic_direction"), layers.contains(&"fragment_count"));
+        let mut tally = Tally::default();
+        let mut all_beams = Vec::new();
+        let mut bottom_y = 0.0;
+        if field.is_none() || scene.lights.is_empty() {
+            frame::nothing(&mut stage, &targets);
+        }
+        for number in 0..scene.lights.len() {
+            let light = stage.light(scene, &self.receivers, &view, number);
+            let Some(field) = &field else { continue };
+            let span = span(scene, &self.receivers, field);
+            bottom_y = span.bottom_y;
+            self.keep(scene, field, span);
+            let Some(kept) = &mut self.kept else { continue };
+            let count = match settings.radiometry {
+                Radiometry::Physical => beams::Count::Conserved,
+                Radiometry::Paper => beams::Count::OwnTransmittance,
+            };
+            let ior = scene.water.as_ref().map_or(1.0, |w| w.ior);
+            let beams = device.install(|| beams::light_beams(field, &scene.lights[number], ior, count));
+            if settings.culling == BeamCulling::Hierarchical || settings.shadows.culls_leaves() {
+                device.install(|| kept.hierarchy.update(&beams, span));
+            }
+            let shadowed = ask(scene, &self.receivers, field, &kept.hierarchy, number, device, &mut stage)?;
+            let scope =
+                Scope::new(&stage.camera, &self.boxes, &kept.slices, span, settings.clamping && settings.culling != BeamCulling::Off);
+            let (drawn, counts) = device.install(|| match settings.culling {
+                BeamCulling::Off => scope.everything(&beams, &shadowed.triangles),
+                BeamCulling::PerBeam => scope.one_by_one(&beams, &shadowed.triangles),
+                BeamCulling::Hierarchical => scope.by_hierarchy(&beams, &kept.hierarchy, &shadowed.triangles),
+            });
+            let pass = LightPass {
+                scene,
+                receivers: &self.receivers,
+                number,
+                light: &light,
+                beams: &beams,
+                drawn: &drawn,
+                slices: &kept.slices,
+                eye_under_water: stage.camera.water.z > 0.0,
+            };
+            pass.add(&mut stage, &targets);
+            tally.add(&beams, &shadowed, counts, &drawn);
+            all_beams.push(beams);
+        }
+        stage.finish(scene, field.as_ref(), &view, targets.caustic);
+        let mut layers = stage.layers(scene, targets.caustic);
+        let source = |name, texture, channels, read| LayerSource { name, texture, channels, read };
+        layers.extend(targets.direction.map(|texture| source("caustic_direction", texture, 3, LayerRead::WeightedMean)));
+        layers.extend(targets.count.map(|texture| source("fragment_count", texture, 1, LayerRead::Sum)));
+        let mut audit = beams::audit(&all_beams, scene.medium.sigma_t(), bottom_y);
+        audit.push(("culled_in_shadow".to_owned(), tally.shadowed_w));
+        Ok(TechniqueFrame {
+            layers,
+            margin: stage.margin,
+            samples: stage.samples,
+            audit,
+            counters: tally.named(&self.receivers, &all_beams),
+            frame: stage.frame,
+        })
+    }
+}
+
+impl Source {
+    /// Makes planes and quadtrees, unless they are there already.
+    fn keep(&mut self, scene: &Scene, field: &HeightField, span: Span) {
+        let settings = &scene.techniques.light_volumes;
+        let level = scene.water.as_ref().map_or(0.0, |w| w.level_m);
+        let key = (level, span.bottom_y, settings.planes, (field.columns, field.rows), settings.buckets, settings.levels);
+        if self.kept.as_ref().is_none_or(|kept| kept.key != key) {
+            let slices = Slices::new(level, span.bottom_y, settings.planes);
+            let hierarchy = Hierarchy::new((field.columns, field.rows), settings.buckets, settings.levels);
+            self.kept = Some(Kept { key, slices, hierarchy });
+        }
+    }
+}
+
+/// Heights between which the beams are.
+fn span(scene: &Scene, receivers: &Receivers, field: &HeightField) -> Span {
+    let level = scene.water.as_ref().map_or(0.0, |w| w.level_m);
+    let settings = &scene.techniques.light_volumes;
+    let (low, high) = field.heights_ws.iter().fold((level, level), |(low, high), &y| (low.min(y), high.max(y)));
+    let floor = if receivers.bounds.is_empty() { level } else { receivers.bounds.min.y.min(level) };
+    // A body needs some height, even where there is nothing under the water.
+    let bottom_y = floor.min(low) - settings.depth_below_floor_m.max(1.0e-3 * (1.0 + level.abs()));
+    Span { top_y: high, trough_y: low, bottom_y }
+}
+
+/// Shadow culling of one light, if it is wanted and something could cast a shadow.
+fn ask(
+    scene: &Scene,
+    receivers: &Receivers,
+    field: &HeightField,
+    hierarchy: &Hierarchy,
+    number: usize,
+    device: &Device,
+    stage: &mut Stage,
+) -> Result<Shadowed, RenderError> {
+    let settings = &scene.techniques.light_volumes;
+    let light = light_uniform(scene, &scene.lights[number], receivers);
+    let low = field.heights_ws.iter().copied().fold(f32::INFINITY, f32::min);
+    let (first, last) = (field.position_ws(0, 0), field.position_ws(field.columns - 1, field.rows - 1));
+    let water = Aabb::from_corners(Vec3::new(first.x, low, first.z), Vec3::new(last.x, low, last.z));
+    if !settings.shadows.culls_leaves() || !shadow::can_shade(receivers, &light, water) {
+        return Ok(Shadowed::default());
+    }
+    let map_size = settings.shadow_map_size;
+    let queries = shadow::Queries { receivers, field, hierarchy, light: &light, number, map_size };
+    queries.ask(device, settings.least_shadow, &mut stage.frame)
+}
+
+impl Tally {
+    fn add(&mut self, beams: &LightBeams, shadowed: &Shadowed, counts: Counts, drawn: &[cull::Drawn]) {
+        self.counts.add(&counts);
+        self.draws += drawn.iter().map(|d| 2 * slices::runs(d.slabs).count() as u64).sum::<u64>();
+        self.queries += shadowed.queries();
+        self.leaves_culled += shadowed.leaves;
+        for (triangle, _) in shadowed.triangles.iter().enumerate().filter(|(_, culled)| **culled) {
+            let beam = beams.of_triangle[triangle];
+            if beam != beams::NONE {
+                self.beams_shadowed += 1;
+                self.shadowed_w += beams.beams[beam as usize].flux.truncate().as_dvec3().element_sum();
+            }
+        }
+    }
+
+    fn named(&self, receivers: &Receivers, beams: &[LightBeams]) -> Vec<(String, u64)> {
+        let Counts { out_of_view, missed, clamped, drawn, beam_tests, node_tests } = self.counts;
+        [
+            ("receiver_triangles", receivers.triangles),
+            ("beams", beams.iter().map(|l| l.beams.len() as u64).sum()),
+            ("beams_dark", beams.iter().map(|l| l.dark).sum()),
+            ("beams_in_shadow", self.beams_shadowed),
+            ("beams_out_of_view", out_of_view),
+            ("beams_that_miss", missed),
+            ("beams_clamped", clamped),
+            ("beams_drawn", drawn),
+            ("beam_draws", self.draws),
+            ("beam_tests", beam_tests),
+            ("node_tests", node_tests),
+            ("shadow_queries", self.queries),
+            ("leaves_culled", self.leaves_culled),
+        ]
+        .map(|(name, count)| (name.to_owned(), count))
+        .to_vec()
+    }
+}
+
+/// What the settings of the paper's own implementation were, for one of its meshes.
+#[must_use]
+pub fn paper_settings(vertices: u32) -> LightVolumes {
+    LightVolumes { grid: Some((vertices, vertices)), ..LightVolumes::PAPER }
+}

@@ -1,0 +1,170 @@
+//! The slicing planes, and how the dummy vertices on them make bodies [BO §3.2].
+//!
+//! All beams share one array of vertices, three per plane, and one array of indices. A beam that is clamped to some planes draws the part of the
+//! indices that has the walls between them and a cap at either end.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::pipeline::Buffer;
+
+/// Most planes: what is between two neighbours is one bit of a [`Slabs`].
+pub const MAX_PLANES: u32 = 64;
+
+/// Which of the spaces between neighbouring planes a beam is wanted in, from the surface down.
+pub type Slabs = u64;
+
+/// A dummy vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SliceVertex {
+    /// Height of the plane, m; above all water for the first one, which is the surface itself.
+    pub plane_y: f32,
+    /// Corner of the triangle, 0 to 2.
+    pub corner: f32,
+}
+
+/// Stands for the surface: no water is so high.
+const SURFACE_Y: f32 = 1.0e30;
+
+/// The wall along edge i → i+1 is cut from the top of the end that comes first by x, then by z, so that neighbours cut it alike: for both kinds of
+/// triangle of a cell, whether that is the edge's start. The same is in [`Beam::g`](crate::caustics::beams::Beam).
+const CUT_FROM_START: [[bool; 3]; 2] = [[true, true, false], [false, true, false]];
+
+/// Planes, vertices and indices.
+#[derive(Clone, Debug)]
+pub struct Slices {
+    /// Heights of the planes from the top down, m; the first is the surface's mean level.
+    pub planes_y: Vec<f32>,
+    /// [`SliceVertex`], three for each plane.
+    pub vertices: Arc<Buffer>,
+    /// 32-bit indices.
+    pub indices: Arc<Buffer>,
+    /// By kind of triangle, first and last plane.
+    ranges: Vec<Range<u32>>,
+}
+
+impl Slices {
+    /// `count` planes, 2 to [`MAX_PLANES`], from the mean level of the water down to `bottom_y`.
+    #[must_use]
+    pub fn new(level_y: f32, bottom_y: f32, count: u32) -> Self {
+        let slabs = (count - 1) as f32;
+        let planes_y: Vec<f32> = (0..count).map(|k| level_y + (bottom_y - level_y) * (k as f32 / slabs)).collect();
+        let on_plane = |k: usize| if k == 0 { SURFACE_Y } else { planes_y[k] };
+        let vertices: Vec<SliceVertex> =
+            (0..3 * count as usize).map(|k| SliceVertex { plane_y: on_plane(k / 3), corner: (k % 3) as f32 }).collect();
+        let mut indices = Vec::new();
+        let mut ranges = Vec::new();
+        for kind in 0..2 {
+            for first in 0..count {
+                for last in 0..count {
+                    let start = indices.len() as u32;
+                    if first < last {
+                        body(&mut indices, kind, first, last);
+                    }
+                    ranges.push(start..indices.len() as u32);
+                }
+            }
+        }
+        let (vertices, indices) = (Arc::new(Buffer::from_slice(&vertices)), Arc::new(Buffer::from_slice(&indices)));
+        Self { planes_y, vertices, indices, ranges }
+    }
+
+    /// All slabs.
+    #[must_use]
+    pub fn all(&self) -> Slabs {
+        Slabs::MAX >> (65 - self.planes_y.len())
+    }
+
+    /// The slabs that reach into heights `low..=high`.
+    #[must_use]
+    pub fn between(&self, low: f32, high: f32) -> Slabs {
+        let slabs = self.planes_y.len() - 1;
+        // Crests rise over the first plane.
+        let top = |k: usize| if k == 0 { f32::INFINITY } else { self.planes_y[k] };
+        (0..slabs).filter(|&k| top(k) >= low && self.planes_y[k + 1] <= high).fold(0, |all, k| all | 1 << k)
+    }
+
+    /// The elements of the body of a triangle of the mesh between two planes.
+    #[must_use]
+    pub fn elements(&self, triangle: u32, planes: Range<u32>) -> Range<u32> {
+        let count = self.planes_y.len() as u32;
+        self.ranges[((triangle % 2 * count + planes.start) * count + planes.end) as usize].clone()
+    }
+}
+
+/// First and last planes of every unbroken run of slabs.
+pub fn runs(mut slabs: Slabs) -> impl Iterator<Item = Range<u32>> {
+    std::iter::from_fn(move || {
+        (slabs != 0).then(|| {
+            let first = slabs.trailing_zeros();
+            let length = (slabs >> first).trailing_ones();
+            slabs &= !((Slabs::MAX >> (64 - length)) << first);
+            first..first + length
+        })
+    })
+}
+
+/// Walls between two planes and a cap at either end, anticlockwise seen from outside.
+fn body(indices: &mut Vec<u32>, kind: usize, first: u32, last: u32) {
+    for plane in first..last {
+        let (top, bottom) = (3 * plane, 3 * plane + 3);
+        for i in 0..3 {
+            let j = (i + 1) % 3;
+            let (ti, tj, bi, bj) = (top + i, top + j, bottom + i, bottom + j);
+            indices.extend(if CUT_FROM_START[kind][i as usize] { [ti, bi, bj, ti, bj, tj] } else { [ti, bi, tj, bi, bj, tj] });
+        }
+    }
+    indices.extend([3 * first, 3 * first + 1, 3 * first + 2]);
+    indices.extend([3 * last, 3 * last + 2, 3 * last + 1]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn indices(slices: &Slices, triangle: u32, planes: Range<u32>) -> Vec<u32> {
+        let elements = slices.elements(triangle, planes);
+        bytemuck::cast_slice::<u8, u32>(slices.indices.bytes())[elements.start as usize..elements.end as usize].to_vec()
+    }
+
+    #[test]
+    fn every_body_is_closed() {
+        let slices = Slices::new(0.0, -3.0, 5);
+        for triangle in 0..2 {
+            for first in 0..4 {
+                for last in first + 1..5 {
+                    let mut edges = std::collections::BTreeMap::<(u32, u32), i32>::new();
+                    for t in indices(&slices, triangle, first..last).chunks_exact(3) {
+                        for k in 0..3 {
+                            let (a, b) = (t[k], t[(k + 1) % 3]);
+                            *edges.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
+                        }
+                    }
+                    assert!(edges.values().all(|&sum| sum == 0), "triangle {triangle}, planes {first}..{last}: {edges:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn slabs_are_those_that_reach_into_a_range() {
+        // Planes at 0, -1, -2, -3.
+        let slices = Slices::new(0.0, -3.0, 4);
+        assert_eq!(slices.all(), 0b111);
+        assert_eq!(slices.between(-1.5, -1.2), 0b010);
+        assert_eq!(slices.between(-2.0, -1.2), 0b110);
+        assert_eq!(slices.between(0.2, 0.3), 0b001);
+        assert_eq!(slices.between(-9.0, -5.0), 0);
+    }
+
+    #[test]
+    fn runs_are_unbroken_and_complete() {
+        let found: Vec<_> = runs(0b1_0110_1110).collect();
+        assert_eq!(found, [1..4, 5..7, 8..9]);
+        assert_eq!(runs(0).count(), 0);
+        assert_eq!(runs(Slabs::MAX >> 1).collect::<Vec<_>>(), [0..63]);
+    }
+}
