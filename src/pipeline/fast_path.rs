@@ -21,10 +21,11 @@ use super::state::{CompareFunction, StencilOperation};
 use super::texture::{TILE_PIXELS, offset_in_tile};
 use super::tile::{DrawState, TileCounters, TileTargets};
 
-/// How a fast path treats depth: `0` ignores it, `1` tests, `2` tests and writes.
+/// How a fast path treats depth: `0` ignores it, `1` tests for what is in front, `2` tests and writes, `3` tests for what is behind.
 const IGNORE: u8 = 0;
 const TEST: u8 = 1;
 const WRITE: u8 = 2;
+const BEHIND: u8 = 3;
 
 /// Which shortcut a pipeline's draws take.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,18 +47,20 @@ impl FastPath {
             (CompareFunction::Always, false, _) => (IGNORE, false),
             (CompareFunction::Less, write, Some(ChannelKind::Float32)) => (TEST + u8::from(write), true),
             (CompareFunction::LessEqual, write, Some(ChannelKind::Float32)) => (TEST + u8::from(write), false),
+            (CompareFunction::Greater, false, Some(ChannelKind::Float32)) => (BEHIND, true),
+            (CompareFunction::GreaterEqual, false, Some(ChannelKind::Float32)) => (BEHIND, false),
             _ => return Self::General,
         };
         if !fragment.shades {
             let always = plan.stencil_front.compare == CompareFunction::Always && plan.stencil_back.compare == CompareFunction::Always;
             return match depth {
-                IGNORE | TEST if plan.stencil && always => Self::Stencil { depth, strict },
+                IGNORE | TEST | BEHIND if plan.stencil && always => Self::Stencil { depth, strict },
                 WRITE if !plan.stencil => Self::Depth { strict },
                 _ => Self::General,
             };
         }
         match targets {
-            [Some(target)] if !plan.stencil && fragment.per_primitive && target.additive_f32 => {
+            [Some(target)] if !plan.stencil && depth != BEHIND && fragment.per_primitive && target.additive_f32 => {
                 let one_color = !has_varyings && !fragment.attributes;
                 Self::Add { channels: target.channels as u8, depth, strict, one_color }
             }
@@ -134,6 +137,7 @@ pub(super) fn run<S: Simd>(
             let Some(stencil) = targets.stencil.as_deref_mut() else { return false };
             passed = match depth {
                 IGNORE => count::<S, IGNORE>(simd, records, (draw, state), coarse, origin, stencil, z, strict),
+                BEHIND => count::<S, BEHIND>(simd, records, (draw, state), coarse, origin, stencil, z, strict),
                 _ => count::<S, TEST>(simd, records, (draw, state), coarse, origin, stencil, z, strict),
             };
         }
@@ -167,7 +171,8 @@ fn test_depth<S: Simd, const DEPTH: u8>(
     let new = z.at(bx, by);
     let block = &mut plane[offset..offset + 16];
     let stored = <f32x16<S> as Lanes>::load(simd, block);
-    let pass = mask & if strict { Lanes::lt(new, stored) } else { Lanes::le(new, stored) };
+    let (near, far) = if DEPTH == BEHIND { (stored, new) } else { (new, stored) };
+    let pass = mask & if strict { Lanes::lt(near, far) } else { Lanes::le(near, far) };
     if DEPTH == WRITE {
         Lanes::store(<f32x16<S> as Lanes>::select(pass, new, stored), block);
     }
@@ -189,7 +194,7 @@ impl<S: Simd, const CHANNELS: usize, const DEPTH: u8> BlockSink<S> for AddSink<'
 
     #[inline(always)]
     fn depth(&self) -> Option<&BlockDepth<'_, S>> {
-        if DEPTH == TEST { Some(&self.z) } else { None }
+        if DEPTH == TEST || DEPTH == BEHIND { Some(&self.z) } else { None }
     }
 
     #[inline(always)]
@@ -295,7 +300,7 @@ impl<S: Simd, const DEPTH: u8> CountSink<'_, S, DEPTH> {
 impl<S: Simd, const DEPTH: u8> BlockSink<S> for CountSink<'_, S, DEPTH> {
     #[inline(always)]
     fn depth(&self) -> Option<&BlockDepth<'_, S>> {
-        if DEPTH == TEST { Some(&self.z) } else { None }
+        if DEPTH == TEST || DEPTH == BEHIND { Some(&self.z) } else { None }
     }
 
     #[inline(always)]

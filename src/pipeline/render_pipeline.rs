@@ -127,15 +127,23 @@ impl DepthPlan {
     pub fn tests_depth(&self) -> bool {
         self.kind.is_some() && (self.write || self.compare != CompareFunction::Always)
     }
-    /// Depth is tested as 32-bit float, and the stencil does not change where the test fails.
+    /// Depth is tested as 32-bit float, and the stencil does not change where the test fails, or its own test before it.
     fn fails_without_trace(&self) -> bool {
-        let quiet = |face: &StencilFaceState| face.compare == CompareFunction::Always && face.depth_fail_op == StencilOperation::Keep;
+        let quiet = |face: &StencilFaceState| {
+            (face.compare == CompareFunction::Always || face.fail_op == StencilOperation::Keep)
+                && face.depth_fail_op == StencilOperation::Keep
+        };
         let orders = matches!(
             self.compare,
             CompareFunction::Less | CompareFunction::LessEqual | CompareFunction::Greater | CompareFunction::GreaterEqual
         );
         let stencil = !self.stencil || (quiet(&self.stencil_front) && quiet(&self.stencil_back));
         orders && self.kind == Some(ChannelKind::Float32) && stencil
+    }
+    /// The stencil is tested, and does not change where that test fails.
+    pub fn stencil_rejects(&self) -> bool {
+        let rejects = |face: &StencilFaceState| face.compare != CompareFunction::Always && face.fail_op == StencilOperation::Keep;
+        self.stencil && rejects(&self.stencil_front) && rejects(&self.stencil_back)
     }
     fn stencil_writes(&self) -> bool {
         let writes = |face: &StencilFaceState| {

@@ -250,14 +250,42 @@ impl<'a> TileWorker<'a, '_> {
     fn general<S: Simd>(&mut self, simd: S, records: &[Record], coarse: Option<&'a CoarseDepth>) {
         let draw = &self.context.draws[self.draw as usize];
         let early_depth_only = draw.pipeline.rejects_by_depth && !draw.pipeline.depth.stencil && self.observer.is_none();
+        let plan = &draw.pipeline.depth;
+        let rejects = plan.stencil_rejects() && !draw.pipeline.fragment.late_tests && self.observer.is_none();
         for record in records {
+            let face = if record.flags & flag::BACK != 0 { plan.stencil_back } else { plan.stencil_front };
+            let stencil = rejects.then(|| self.context.states[self.draw as usize].stencil_face(face));
+            if let Some(face) = &stencil
+                && !self.any_stencil_passes(simd, face, record)
+            {
+                continue;
+            }
             let depth = BlockDepth::new(simd, record, self.origin, draw, draw.pipeline, coarse);
             if early_depth_only {
                 walk(simd, record, &mut QueueSink { draw, depth, worker: self });
             } else {
-                walk(simd, record, &mut GeneralSink { draw, depth, worker: self });
+                walk(simd, record, &mut GeneralSink { draw, depth, stencil, worker: self });
             }
         }
+    }
+
+    /// Whether the stencil test can pass anywhere in a record's bounds; large ones are left to their blocks.
+    #[inline(always)]
+    fn any_stencil_passes<S: Simd>(&self, simd: S, face: &StencilFace, record: &Record) -> bool {
+        const MOST_BLOCKS: i32 = 16;
+        let Some(stencil) = self.targets.stencil.as_deref() else { return true };
+        let [x0, y0, x1, y1] = record.bounds.map(|pixel| i32::from(pixel) >> 2);
+        if (x1 - x0 + 1) * (y1 - y0 + 1) > MOST_BLOCKS {
+            return true;
+        }
+        for by in y0..=y1 {
+            for bx in x0..=x1 {
+                if face.test(simd, &stencil[offset_in_tile((bx << 2) as usize, (by << 2) as usize)..], 0xffff) != 0 {
+                    return true;
+                }
+            }
+        }
+        false
     }
 
     /// Queues a block, whose depth before the clamp is `z`.
@@ -527,13 +555,25 @@ struct GeneralSink<'w, 'a, 'b, S: Simd> {
     worker: &'w mut TileWorker<'a, 'b>,
     draw: &'a Draw<'a>,
     depth: BlockDepth<'a, S>,
+    /// A stencil test that may be made before anything else.
+    stencil: Option<StencilFace>,
 }
 
 impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
     #[inline(always)]
+    fn depth(&self) -> Option<&BlockDepth<'_, S>> {
+        Some(&self.depth)
+    }
+
+    #[inline(always)]
     fn block(&mut self, simd: S, record: &Record, bx: i32, by: i32, mask: mask32x16<S>) {
         let worker = &mut *self.worker;
         let pipeline = self.draw.pipeline;
+        if let (Some(face), Some(stencil)) = (&self.stencil, worker.targets.stencil.as_deref())
+            && face.test(simd, &stencil[offset_in_tile(bx as usize, by as usize)..], mask.to_bitmask() as u32) == 0
+        {
+            return;
+        }
         let z = self.depth.interpolated(bx, by);
         let item = ShadeItem {
             x: (worker.origin[0] + bx) as u32,

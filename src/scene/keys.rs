@@ -581,7 +581,7 @@ pub const SETTINGS: &[Setting] = &[
         "Grid of the water mesh that makes the beams, in place of the water's own.",
         |scene| scene.techniques.light_volumes.grid
     ),
-    field!("light_volumes.planes", "", "17", "a whole number from 2 to 64", "Slicing planes, the surface among them.", |scene| scene
+    field!("light_volumes.planes", "", "9", "a whole number from 2 to 64", "Slicing planes, the surface among them.", |scene| scene
         .techniques
         .light_volumes
         .planes),

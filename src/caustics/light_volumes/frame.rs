@@ -136,14 +136,14 @@ impl LightPass<'_> {
         let primitive = PrimitiveState { unclipped_depth: true, ..PrimitiveState::default() };
         let count = stage.frame.pipeline(RenderPipelineDescriptor {
             primitive,
-            depth_stencil: Some(self.depth_stencil(stage, true)),
+            depth_stencil: Some(stencil_state(stage.depth_format, self.eye_under_water, true)),
             targets: masked.collect(),
             ..RenderPipelineDescriptor::new("light_volume_count", shaders::count_program())
         });
         let program = shaders::energy_program(settings.radiometry, settings.gather, settings.energy);
         let energy = stage.frame.pipeline(RenderPipelineDescriptor {
             primitive,
-            depth_stencil: Some(self.depth_stencil(stage, false)),
+            depth_stencil: Some(stencil_state(stage.depth_format, self.eye_under_water, false)),
             targets: states,
             ..RenderPipelineDescriptor::new("light_volume_energy", program)
         });
@@ -191,31 +191,6 @@ impl LightPass<'_> {
         (states, slots.iter().map(|slot| slot.and_then(|(texture, first, _)| clear_or_keep(texture, first))).collect())
     }
 
-    /// Counting: fronts up, backs down, where they lie before the receiver; for an eye under water, which may be inside of a beam, the other way
-    /// around where they lie behind it. Drawing: where the count is not the reference, and it is put back [decision E2].
-    fn depth_stencil(&self, stage: &Stage, counts: bool) -> DepthStencilState {
-        let (up, down) = (StencilOperation::IncrementWrap, StencilOperation::DecrementWrap);
-        let face = |operation| {
-            if !counts {
-                StencilFaceState { compare: CompareFunction::NotEqual, pass_op: StencilOperation::Replace, ..StencilFaceState::IGNORE }
-            } else {
-                StencilFaceState { pass_op: operation, ..StencilFaceState::IGNORE }
-            }
-        };
-        let (front, back, compare) = if self.eye_under_water {
-            (face(down), face(up), CompareFunction::GreaterEqual)
-        } else {
-            (face(up), face(down), CompareFunction::Less)
-        };
-        DepthStencilState {
-            format: stage.depth_format,
-            depth_write_enabled: Some(false),
-            depth_compare: Some(compare),
-            stencil: StencilState { front, back, read_mask: 0xff, write_mask: 0xff },
-            bias: DepthBiasState::default(),
-        }
-    }
-
     /// From sums to irradiance.
     fn relight(&self, stage: &mut Stage, targets: &Targets) {
         let radiometry = self.settings().radiometry;
@@ -248,4 +223,29 @@ impl LightPass<'_> {
 /// A pass that only clears the irradiance: for scenes without a light or water.
 pub fn nothing(stage: &mut Stage, targets: &Targets) {
     stage.frame.passes.push(FramePass { label: "light_volumes".into(), color: vec![clear(targets.caustic)], ..FramePass::default() });
+}
+
+/// The state of beams' draws, for those that count and those that add light.
+///
+/// Counting: fronts up, backs down, where they lie before the receiver; for an eye under water, which may be inside of a beam, the other way around
+/// where they lie behind it. Drawing: where the count is not the reference, and it is put back [decision E2].
+#[must_use]
+pub fn stencil_state(format: TextureFormat, eye_under_water: bool, counts: bool) -> DepthStencilState {
+    let (up, down) = (StencilOperation::IncrementWrap, StencilOperation::DecrementWrap);
+    let face = |operation| {
+        if counts {
+            StencilFaceState { pass_op: operation, ..StencilFaceState::IGNORE }
+        } else {
+            StencilFaceState { compare: CompareFunction::NotEqual, pass_op: StencilOperation::Replace, ..StencilFaceState::IGNORE }
+        }
+    };
+    let (front, back, compare) =
+        if eye_under_water { (face(down), face(up), CompareFunction::GreaterEqual) } else { (face(up), face(down), CompareFunction::Less) };
+    DepthStencilState {
+        format,
+        depth_write_enabled: Some(false),
+        depth_compare: Some(compare),
+        stencil: StencilState { front, back, read_mask: 0xff, write_mask: 0xff },
+        bias: DepthBiasState::default(),
+    }
 }

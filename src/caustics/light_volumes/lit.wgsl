@@ -41,8 +41,11 @@ fn drawn_area(y: f32) -> f32 {
     let slab = clamp(floor((level - y) / step), 0.0, beams.planes.z - 1.0);
     let top = level - slab * step;
     let bottom = level - (slab + 1.0) * step;
-    let whole = double_area(y);
-    var cut = whole;
+    let signed = double_area(y);
+    let sign = select(1.0, -1.0, signed < 0.0);
+    let whole = abs(signed);
+    var area = whole;
+    var balance = whole;
     for (var i = 0u; i < 3u; i++) {
         let j = (i + 1u) % 3u;
         let starts = beam.g[i].w > 0.0;
@@ -54,10 +57,27 @@ fn drawn_area(y: f32) -> f32 {
         let below = section_corner(end, low);
         let t = clamp((high - y) / max(high - low, 1.0e-12), 0.0, 1.0);
         let diagonal = (below - above) * t + above;
-        let a = section_corner(i, y);
-        cut += perp_dot(diagonal - a, section_corner(j, y) - a);
+        let pi = section_corner(i, y);
+        let pj = section_corner(j, y);
+        let r = section_corner(3u - i - j, y);
+        let outside = perp_dot(diagonal - pi, pj - pi) * sign;
+        let d = perp_dot(r - pi, diagonal - pi) * sign;
+        let b = perp_dot(r - pj, diagonal - pj) * sign;
+        let taken = abs(outside);
+        var shared_area = whole * taken / max(select(whole + d, whole - b, b < 0.0), 1.17549435e-38);
+        if d <= 0.0 && b >= 0.0 {
+            shared_area = taken;
+        }
+        if d > 0.0 && b < 0.0 {
+            shared_area = whole;
+        }
+        balance += outside;
+        area += taken;
+        if outside < 0.0 {
+            area -= shared_area * 2.0;
+        }
     }
-    return max(abs(cut), abs(whole)) * 0.5;
+    return max(max(area, abs(balance)), whole * 0.5) * 0.5;
 }
 
 fn spread(area: f32) -> f32 {

@@ -316,18 +316,23 @@ fn section<L: Lanes>(beam: &Beam, y: L) -> ([crate::math::vector::V2<L>; 3], L) 
     (corners, (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]))
 }
 
-/// Area of a beam's cross-section as it is drawn.
+/// Area of a beam's cross-section as the stencil counts it.
 ///
-/// Between two planes a wall is two triangles and not the ruled surface that rays make of it. The section is cut by their diagonals, one beside each
-/// edge; with them, a beam's light is spread over what the stencil counts, however few planes there are. Where a section turns over, its edges cross, and
-/// parts of it cancel: then the triangle of the rays is the larger.
+/// Between two planes a wall is two triangles and not the ruled surface that rays make of it. Their diagonal cuts the section in a point beside each
+/// edge of the rays' triangle T, and adds the triangle δ of that edge and point if it lies outside, or takes it away. One that is
+/// taken away and reaches beyond T counts there as well, since the stencil differs from its reference both ways: `|T| + |δ| − 2 |T ∩ δ|`.
+/// So light is spread over what is drawn, however few planes there are. What several δ have
+/// in common is left out; so the area is at least that of the signed sum, and half of T.
 #[inline(always)]
 fn drawn_area<L: Lanes>(beams: &BeamsUniform, beam: &Beam, y: L, corners: &[crate::math::vector::V2<L>; 3], double_area: L) -> L {
     let [level, step, slabs, _] = beams.planes.to_array();
     let slab = Lanes::clamp(((-y + level) / step).floor(), 0.0, slabs - 1.0);
     let first = slab.equals(y.like(0.0));
     let (top, bottom) = (-(slab * step) + level, -((slab + 1.0) * step) + level);
-    let mut cut = double_area;
+    let zero = y.like(0.0);
+    let sign = L::select(double_area.lt(zero), y.like(-1.0), y.like(1.0));
+    let whole = double_area.abs();
+    let (mut area, mut balance) = (whole, whole);
     for i in 0..3 {
         let j = (i + 1) % 3;
         // From the top of the corner that both neighbours take for the first, to the bottom of the other.
@@ -340,9 +345,18 @@ fn drawn_area<L: Lanes>(beams: &BeamsUniform, beam: &Beam, y: L, corners: &[crat
         let end = v2(below * dt.x + gt.x, below * dt.z + gt.z);
         let t = Lanes::clamp((high - y) / Lanes::max(high - low, y.like(1.0e-12)), 0.0, 1.0);
         let diagonal = v2((end.x - start.x) * t + start.x, (end.y - start.y) * t + start.y);
-        cut = cut + (diagonal - corners[i]).perp_dot(corners[j] - corners[i]);
+        let (pi, pj, r) = (corners[i], corners[j], corners[3 - i - j]);
+        let outside = (diagonal - pi).perp_dot(pj - pi) * sign;
+        // On which sides of the other two edges the point is: inside of both, beyond one, or beyond both.
+        let (d, b) = ((r - pi).perp_dot(diagonal - pi) * sign, (r - pj).perp_dot(diagonal - pj) * sign);
+        let taken = outside.abs();
+        let beyond = L::select(b.lt(zero), whole - b, whole + d);
+        let crossed = whole * taken / Lanes::max(beyond, y.like(f32::MIN_POSITIVE));
+        let shared = L::select(d.le(zero) & b.ge(zero), taken, L::select(d.gt(zero) & b.lt(zero), whole, crossed));
+        balance = balance + outside;
+        area = area + taken - L::select(outside.lt(zero), shared * 2.0, zero);
     }
-    Lanes::max(cut.abs(), double_area.abs()) * 0.5
+    Lanes::max(Lanes::max(area, balance.abs()), whole * 0.5) * 0.5
 }
 
 /// Area that a beam's light is spread over: never nothing.

@@ -26,6 +26,9 @@ use super::hierarchy::{Cells, Hierarchy, triangles};
 /// Largest map that queries are drawn into: what is measured are areas.
 const MAX_MAP_SIZE: u32 = 512;
 
+/// Queries of a pass in the frame: drivers that count in colour targets have room for so many.
+const QUERIES_PER_PASS: usize = 32;
+
 /// Vertices of a node's top.
 const TOP_VERTICES: u32 = 6;
 
@@ -144,13 +147,13 @@ impl Queries<'_> {
         frame.buffer(format!("query tops {}", self.number), Arc::new(Buffer::from_slice(&vertices)))
     }
 
-    fn pass(&self, prepared: &Prepared, level: usize, nodes: &[u32]) -> FramePass {
+    fn pass(&self, prepared: &Prepared, label: String, nodes: &[u32]) -> FramePass {
         let draw = |(query, &node): (usize, &u32)| FrameDraw {
             query: Some(query as u32),
             ..FrameDraw::new(prepared.pipeline, prepared.bindings, node * TOP_VERTICES..(node + 1) * TOP_VERTICES)
         };
         FramePass {
-            label: format!("shadow_queries {} level {level}", self.number),
+            label,
             depth: Some(DepthTarget { view: prepared.map.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Load }),
             draws: nodes.iter().enumerate().map(draw).collect(),
             query_count: nodes.len(),
@@ -176,9 +179,12 @@ impl Queries<'_> {
         let smallest = smallest_leaves(self.hierarchy, &coverage);
         let mut level: Vec<u32> = (0..self.hierarchy.roots as u32).filter(|&k| !nodes[k as usize].is_empty()).collect();
         while !level.is_empty() {
-            let pass = self.pass(&prepared, found.levels.len(), &level);
+            let label = format!("shadow_queries {} level {}", self.number, found.levels.len());
+            let pass = self.pass(&prepared, label.clone(), &level);
             let counts = run_frame_pass(device, &counting, &made, &pass, &mut textures, None)?.queries;
-            frame.passes.push(self.pass(&again, found.levels.len(), &level));
+            for (part, nodes) in level.chunks(QUERIES_PER_PASS).enumerate() {
+                frame.passes.push(self.pass(&again, format!("{label} part {part}"), nodes));
+            }
             let mut next = Vec::new();
             for (&index, count) in level.iter().zip(counts) {
                 let node = &nodes[index as usize];

@@ -165,6 +165,6 @@ mod tests {
         let found: Vec<_> = runs(0b1_0110_1110).collect();
         assert_eq!(found, [1..4, 5..7, 8..9]);
         assert_eq!(runs(0).count(), 0);
-        assert_eq!(runs(Slabs::MAX >> 1).collect::<Vec<_>>(), [0..63]);
+        assert!(runs(Slabs::MAX >> 1).eq(std::iter::once(0..63)));
     }
 }

@@ -39,7 +39,10 @@ pub const EXACT: Bound = bound("exact", 0.0, 0.0, 0.0);
 const OWN_VERTICES: Bound = bound("own-vertices", 1.0e-4, 100.0, 20.0);
 
 /// Vertices as the driver's own vertex stage makes them: a few products and sums, in another order or fused.
-pub const VERTEX: Bound = bound("vertex", 2.0e-6, 10.0, 10.0);
+const VERTEX: Bound = bound("vertex", 2.0e-6, 10.0, 10.0);
+
+/// Vertices that are swept down a ray, and what they look up in a shadow map that the driver drew itself.
+const SWEPT: Bound = bound("swept-vertex", 1.0e-5, 300.0, 300.0);
 
 /// Depth and coverage of hardware, whose arithmetic is not known: a few units in the last place, and single pixels along edges.
 const HARDWARE: Bound = bound("hardware", 1.0e-4, 500.0, 50.0);
@@ -74,6 +77,8 @@ const STAGES: &[(&str, &str, Bound, Bound)] = &[
     ("geometry_buffer", "", INTERPOLATED, INTERPOLATED),
     ("caustic_volumes", "volume_count", COUNTED, CHAINED),
     ("caustic_volumes", "", ACCUMULATED, CHAINED),
+    ("light_volumes", "beam_count", COUNTED, CHAINED),
+    ("light_volumes", "", ACCUMULATED, CHAINED),
     ("picture", "", SEARCHED, CHAINED_SEARCHED),
     ("", "", SHADED, CHAINED),
 ];
@@ -95,6 +100,12 @@ pub fn bound_of(family: Family, mode: Mode, pass: &str, texture: &str, info: For
         Mode::FreeRunning => free,
     };
     if bound == INTERPOLATED && family == Family::Lavapipe { INTERPOLATED_FROM_ORIGIN } else { bound }
+}
+
+/// The bound of a pass's vertices.
+#[must_use]
+pub fn vertex_bound_of(pass: &str) -> Bound {
+    if pass.starts_with("light_volumes") { SWEPT } else { VERTEX }
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ mod vertices;
 
 use serde::Serialize;
 
-pub use bounds::{Bound, EXACT, VERTEX, bound_of};
+pub use bounds::{Bound, EXACT, bound_of, vertex_bound_of};
 pub use compare::{Difference, Pixel, compare, relative, ulps};
 pub use locate::{Located, locate};
 pub use picture::{plain_tone, side_by_side};

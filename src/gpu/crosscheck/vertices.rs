@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::bounds::{Bound, VERTEX};
+use super::bounds::{Bound, vertex_bound_of};
 use super::{relative, ulps};
 
 /// The vertices of one draw.
@@ -44,7 +44,7 @@ impl VertexReport {
             outliers: 0,
             max_ulp: 0,
             max_relative: 0.0,
-            bound: VERTEX,
+            bound: vertex_bound_of(pass),
             within: expected.len() == actual.len(),
         };
         let mut scales = vec![0.0; stride];

@@ -80,7 +80,7 @@ pub struct LightVolumes {
     /// Columns and rows of vertices of the water mesh that makes the beams, each from 2 to 4096, in place of the water's own grid.
     /// Default: None, the water's grid
     pub grid: Option<(u32, u32)>,
-    /// Slicing planes, the surface among them, from 2 to 64. Default: 17
+    /// Slicing planes, the surface among them, from 2 to 64. Default: 9
     pub planes: u32,
     /// How far the lowest plane lies below the lowest receiver, m, from 0 to 1e6; above 0 so that the floor lies inside. Default: 0.05
     pub depth_below_floor_m: f32,
@@ -113,7 +113,7 @@ impl Default for LightVolumes {
             gather: Gather::PerBeam,
             energy: EnergyAt::Receiver,
             grid: None,
-            planes: 17,
+            planes: 9,
             depth_below_floor_m: 0.05,
             culling: BeamCulling::Hierarchical,
             clamping: true,
@@ -136,7 +136,7 @@ impl LightVolumes {
         gather: Gather::Vector,
         energy: EnergyAt::Face,
         grid: None,
-        planes: 17,
+        planes: 9,
         depth_below_floor_m: 0.05,
         culling: BeamCulling::Hierarchical,
         clamping: true,
