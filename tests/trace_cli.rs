@@ -211,7 +211,7 @@ fn techniques_are_compared_with_the_truth_of_a_scene() {
             "c.png",
         ],
     );
-    for word in ["ground truth of small.ron", "caustic-volumes", "energy_ratio", "view_px", "c.png"] {
+    for word in ["ground truth of small.ron", "energy_ratio", "view_px", "c.caustic-volumes.png", "c.light-volumes.png"] {
         assert!(text.contains(word), "{text}");
     }
     let paper = [
