@@ -1,6 +1,6 @@
 //! A run as bytes, so that it can go on after an interruption: the same bits as if there had been none.
 
-use crate::scene::{Scene, Source};
+use crate::scene::Scene;
 
 use super::audit::Audit;
 use super::error::TraceError;
@@ -32,9 +32,28 @@ fn check_sum(bytes: &[u8]) -> u64 {
 impl Tracer {
     /// Names everything that results depend on, apart from the number of photons; of meshes from files, their bounds.
     fn fingerprint(&self) -> u64 {
-        let scene = Scene { source: Source::default(), title: String::new(), ..self.scene().clone() };
+        // What the sky, the tone map and the techniques are told changes no photon.
+        let Scene {
+            image,
+            camera,
+            lights,
+            environment: _,
+            water,
+            medium,
+            smoke,
+            objects,
+            time_s,
+            tone: _,
+            techniques: _,
+            trace,
+            title: _,
+            source: _,
+        } = self.scene();
         let (options, bounds) = (&self.options, self.world.bounds);
-        let text = format!("{scene:?} {} {} {} {:?} {bounds:?}", options.seed, options.camera, options.volume, options.points);
+        let text = format!(
+            "{image:?} {camera:?} {lights:?} {water:?} {medium:?} {smoke:?} {objects:?} {time_s:?} {trace:?} {} {} {} {:?} {bounds:?}",
+            options.seed, options.camera, options.volume, options.points
+        );
         check_sum(text.as_bytes())
     }
 

@@ -31,7 +31,7 @@ use glam::Vec3;
 use crate::geom::Aabb;
 use crate::pipeline::Device;
 use crate::scene::water::{HeightField, WaterSim};
-use crate::scene::{BeamCulling, LightVolumes, Radiometry, Scene};
+use crate::scene::{BeamCulling, Radiometry, Scene};
 
 use super::beams::{self, LightBeams};
 use super::stage::light::light_uniform;
@@ -247,10 +247,4 @@ impl Tally {
         .map(|(name, count)| (name.to_owned(), count))
         .to_vec()
     }
-}
-
-/// What the settings of the paper's own implementation were, for one of its meshes.
-#[must_use]
-pub fn paper_settings(vertices: u32) -> LightVolumes {
-    LightVolumes { grid: Some((vertices, vertices)), ..LightVolumes::PAPER }
 }

@@ -11,7 +11,7 @@ use glam::{Vec3, Vec4};
 use crate::caustics::beams::Beam;
 use crate::math::lanes::Lanes;
 use crate::math::optics::beer_lambert_rgb;
-use crate::math::vector::{V3, v2, v3, v4};
+use crate::math::vector::{V2, V3, V4, v2, v3, v4};
 use crate::passes::camera::CameraUniform;
 use crate::passes::fullscreen::FullscreenVertex;
 use crate::passes::shadow_map::LightUniform;
@@ -307,7 +307,7 @@ impl FragmentShader for ReceiverFragment {
 
 /// Cross-section of a beam at some heights, x and z of its corners, and twice its signed area.
 #[inline(always)]
-fn section<L: Lanes>(beam: &Beam, y: L) -> ([crate::math::vector::V2<L>; 3], L) {
+fn section<L: Lanes>(beam: &Beam, y: L) -> ([V2<L>; 3], L) {
     let mut corners = [v2(y, y); 3];
     for (corner, (g, d)) in corners.iter_mut().zip(beam.g.iter().zip(&beam.d)) {
         let depth = -y + g.y;
@@ -324,7 +324,7 @@ fn section<L: Lanes>(beam: &Beam, y: L) -> ([crate::math::vector::V2<L>; 3], L) 
 /// So light is spread over what is drawn, however few planes there are. What several δ have
 /// in common is left out; so the area is at least that of the signed sum, and half of T.
 #[inline(always)]
-fn drawn_area<L: Lanes>(beams: &BeamsUniform, beam: &Beam, y: L, corners: &[crate::math::vector::V2<L>; 3], double_area: L) -> L {
+fn drawn_area<L: Lanes>(beams: &BeamsUniform, beam: &Beam, y: L, corners: &[V2<L>; 3], double_area: L) -> L {
     let [level, step, slabs, _] = beams.planes.to_array();
     let slab = Lanes::clamp(((-y + level) / step).floor(), 0.0, slabs - 1.0);
     let first = slab.equals(y.like(0.0));
@@ -400,7 +400,7 @@ impl<L: Lanes> Shine<L> {
 }
 
 #[inline(always)]
-fn vector<L: Lanes>(direction: V3<L>, length: L) -> crate::math::vector::V4<L> {
+fn vector<L: Lanes>(direction: V3<L>, length: L) -> V4<L> {
     v4(direction.x * length, direction.y * length, direction.z * length, length.like(0.0))
 }
 
