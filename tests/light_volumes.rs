@@ -172,6 +172,16 @@ fn culling_changes_no_picture() {
     }
 }
 
+#[test]
+fn more_beams_than_can_be_drawn_are_refused_before_they_are_made() {
+    let mut scene = scene("pots.ron");
+    scene.techniques.light_volumes.grid = Some((1026, 1025));
+    let options = RenderOptions { technique: "light-volumes".into(), ..RenderOptions::default() };
+    let error = Renderer::new(&scene, &options).expect("device").render(&scene, None).expect_err("too many");
+    let text = error.to_string();
+    assert!(text.contains("1026x1025 makes 2099200") && text.contains("2097152") && text.contains("light_volumes.grid"), "{text}");
+}
+
 /// A slab over half of the water of the pool of pots.
 fn covered() -> Scene {
     let mut scene = scene("pots.ron");

@@ -100,6 +100,20 @@ pub enum RenderError {
         /// The names known.
         known: String,
     },
+    /// More beams than a technique can draw one by one.
+    #[error(
+        "light-volumes draws each beam by itself: a grid of {columns}x{rows} makes {triangles} of them, at most {limit} are allowed; lower `light_volumes.grid`"
+    )]
+    TooManyBeams {
+        /// Columns of vertices of the water mesh.
+        columns: u32,
+        /// Rows of vertices.
+        rows: u32,
+        /// Its triangles.
+        triangles: u64,
+        /// Most there may be.
+        limit: u64,
+    },
     /// A mesh of the scene.
     #[error(transparent)]
     Scene(#[from] SceneError),

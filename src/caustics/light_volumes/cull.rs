@@ -27,7 +27,7 @@ struct Reach {
 
 /// What beams are culled and clamped against.
 pub struct Scope {
-    /// Sides of the view volume; empty where nothing is culled by it.
+    /// Sides of the view volume.
     sides: Vec<Plane>,
     camera: CameraUniform,
     reaches: Vec<Reach>,
@@ -49,9 +49,9 @@ pub struct Counts {
     pub clamped: u64,
     /// Drawn.
     pub drawn: u64,
-    /// Tests of beams, and of parent beams.
+    /// Tests of beams against the view and against boxes.
     pub beam_tests: u64,
-    /// Tests of parent beams.
+    /// The same of parent beams.
     pub node_tests: u64,
 }
 

@@ -4,9 +4,8 @@ use std::sync::Arc;
 
 use glam::Vec4;
 
-use crate::caustics::Receivers;
 use crate::caustics::beams::LightBeams;
-use crate::caustics::stage::light::{StageLight, light_uniform};
+use crate::caustics::stage::light::StageLight;
 use crate::caustics::stage::state::{ADDITIVE, clear, clear_or_keep, target};
 use crate::caustics::stage::{Stage, View};
 use crate::frame::{BindEntry, DepthTarget, FrameDraw, FrameIndex, FramePass, TextureId};
@@ -75,8 +74,6 @@ pub fn targets(stage: &mut Stage, gather: Gather, direction: bool, count: bool) 
 pub struct LightPass<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Receivers of the frame.
-    pub receivers: &'a Receivers,
     /// The light's number.
     pub number: usize,
     /// What it is in the frame.
@@ -194,8 +191,7 @@ impl LightPass<'_> {
     /// From sums to irradiance.
     fn relight(&self, stage: &mut Stage, targets: &Targets) {
         let radiometry = self.settings().radiometry;
-        let uniform = light_uniform(self.scene, &self.scene.lights[self.number], self.receivers);
-        let to_light = shaders::to_light(uniform.refracted.truncate(), radiometry);
+        let to_light = shaders::to_light(self.light.uniform.refracted.truncate(), radiometry);
         let vectors = if targets.sums.len() > 1 { 1.0 } else { 0.0 };
         let uniform = stage.uniform(&format!("relight {}", self.number), &RelightUniform { to_light: to_light.extend(vectors) });
         let sum = |k: usize| BindEntry::Texture(targets.sums[k.min(targets.sums.len() - 1)]);

@@ -34,7 +34,7 @@ use crate::scene::water::{HeightField, WaterSim};
 use crate::scene::{BeamCulling, Radiometry, Scene};
 
 use super::beams::{self, LightBeams};
-use super::stage::light::light_uniform;
+use super::stage::light::StageLight;
 use super::stage::{self, Stage};
 use super::{FrameSource, LayerRead, LayerSource, Receivers, RenderError, Technique, TechniqueFrame};
 use cull::{Counts, Scope};
@@ -42,6 +42,9 @@ use frame::LightPass;
 use hierarchy::{Hierarchy, Span};
 use shadow::Shadowed;
 use slices::Slices;
+
+/// Most beams of a light: each takes 256 bytes of uniforms and two draws at least. A mesh of 1025x1025 vertices has so many.
+pub const MAX_BEAMS: u64 = 1 << 21;
 
 /// The technique.
 pub struct LightVolumesTechnique;
@@ -95,6 +98,7 @@ impl FrameSource for Source {
     fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
         let settings = &scene.techniques.light_volumes;
         let view = frame::view(settings);
+        check_mesh(scene)?;
         let field = self.water.as_mut().zip(scene.water.as_ref()).map(|(sim, water)| {
             let (columns, rows) = settings.grid.unwrap_or(water.grid);
             sim.surface_with_grid(columns, rows, scene.time_s)
@@ -124,7 +128,8 @@ impl FrameSource for Source {
             if settings.culling == BeamCulling::Hierarchical || settings.shadows.culls_leaves() {
                 device.install(|| kept.hierarchy.update(&beams, span));
             }
-            let shadowed = ask(scene, &self.receivers, field, &kept.hierarchy, number, device, &mut stage)?;
+            let water = Water { field, hierarchy: &kept.hierarchy, span };
+            let shadowed = ask(scene, &self.receivers, &water, (number, &light), device, &mut stage)?;
             let scope =
                 Scope::new(&stage.camera, &self.boxes, &kept.slices, span, settings.clamping && settings.culling != BeamCulling::Off);
             let (drawn, counts) = device.install(|| match settings.culling {
@@ -134,7 +139,6 @@ impl FrameSource for Source {
             });
             let pass = LightPass {
                 scene,
-                receivers: &self.receivers,
                 number,
                 light: &light,
                 beams: &beams,
@@ -178,6 +182,17 @@ impl Source {
     }
 }
 
+/// Refuses a mesh of more beams than there may be, before anything is made of it.
+fn check_mesh(scene: &Scene) -> Result<(), RenderError> {
+    let Some(water) = &scene.water else { return Ok(()) };
+    let (columns, rows) = scene.techniques.light_volumes.grid.unwrap_or(water.grid);
+    let triangles = 2 * (u64::from(columns) - 1) * (u64::from(rows) - 1);
+    if triangles > MAX_BEAMS {
+        return Err(RenderError::TooManyBeams { columns, rows, triangles, limit: MAX_BEAMS });
+    }
+    Ok(())
+}
+
 /// Heights between which the beams are.
 fn span(scene: &Scene, receivers: &Receivers, field: &HeightField) -> Span {
     let level = scene.water.as_ref().map_or(0.0, |w| w.level_m);
@@ -189,26 +204,32 @@ fn span(scene: &Scene, receivers: &Receivers, field: &HeightField) -> Span {
     Span { top_y: high, trough_y: low, bottom_y }
 }
 
+/// The surface, and its nodes as one light's beams have them.
+struct Water<'a> {
+    field: &'a HeightField,
+    hierarchy: &'a Hierarchy,
+    span: Span,
+}
+
 /// Shadow culling of one light, if it is wanted and something could cast a shadow.
 fn ask(
     scene: &Scene,
     receivers: &Receivers,
-    field: &HeightField,
-    hierarchy: &Hierarchy,
-    number: usize,
+    &Water { field, hierarchy, span }: &Water<'_>,
+    (number, light): (usize, &StageLight),
     device: &Device,
     stage: &mut Stage,
 ) -> Result<Shadowed, RenderError> {
     let settings = &scene.techniques.light_volumes;
-    let light = light_uniform(scene, &scene.lights[number], receivers);
-    let low = field.heights_ws.iter().copied().fold(f32::INFINITY, f32::min);
+    let light = &light.uniform;
+    let low = span.trough_y;
     let (first, last) = (field.position_ws(0, 0), field.position_ws(field.columns - 1, field.rows - 1));
     let water = Aabb::from_corners(Vec3::new(first.x, low, first.z), Vec3::new(last.x, low, last.z));
-    if !settings.shadows.culls_leaves() || !shadow::can_shade(receivers, &light, water) {
+    if !settings.shadows.culls_leaves() || !shadow::can_shade(receivers, light, water) {
         return Ok(Shadowed::default());
     }
     let map_size = settings.shadow_map_size;
-    let queries = shadow::Queries { receivers, field, hierarchy, light: &light, number, map_size };
+    let queries = shadow::Queries { receivers, field, hierarchy, light, number, map_size };
     queries.ask(device, settings.least_shadow, &mut stage.frame)
 }
 

@@ -19,7 +19,9 @@ use super::{Stage, View};
 
 /// A light of the frame.
 pub struct StageLight {
-    /// [`LightUniform`].
+    /// As shaders see it.
+    pub uniform: LightUniform,
+    /// The same in a buffer.
     pub buffer: BufferId,
     /// What it sees through air; a texel of depth 1 where that is switched off.
     pub air_map: TextureId,
@@ -28,7 +30,8 @@ pub struct StageLight {
 impl Stage {
     /// Draws both maps of a light and what it reaches directly.
     pub fn light(&mut self, scene: &Scene, receivers: &Receivers, view: &View, number: usize) -> StageLight {
-        let buffer = self.uniform(&format!("light {number}"), &light_uniform(scene, &scene.lights[number], receivers));
+        let uniform = light_uniform(scene, &scene.lights[number], receivers);
+        let buffer = self.uniform(&format!("light {number}"), &uniform);
         let wet = scene.water.is_some();
         let size = view.shadow_map_size;
         let air_map =
@@ -54,7 +57,7 @@ impl Stage {
             draws: vec![FrameDraw::new(pipeline, bindings, fullscreen::VERTICES)],
             ..FramePass::default()
         });
-        StageLight { buffer, air_map }
+        StageLight { uniform, buffer, air_map }
     }
 
     /// A map of `size` texels, or a texel of depth 1.
@@ -86,7 +89,7 @@ impl Stage {
 }
 
 /// A light as shaders see it.
-pub fn light_uniform(scene: &Scene, light: &Light, receivers: &Receivers) -> LightUniform {
+fn light_uniform(scene: &Scene, light: &Light, receivers: &Receivers) -> LightUniform {
     let water = scene.water.as_ref();
     let level = water.map_or(0.0, |w| w.level_m);
     let ior = water.map_or(1.0, |w| w.ior);
