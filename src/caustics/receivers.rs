@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use crate::geom::{Aabb, Mesh};
 use crate::passes::geometry_buffer::ReceiverVertex;
 use crate::pipeline::Buffer;
-use crate::scene::{Material, Scene, SceneError};
+use crate::scene::water::Water;
+use crate::scene::{Light, Material, Scene, SceneError};
 
 /// One object's part of the index buffer.
 #[derive(Clone, Debug)]
@@ -16,6 +17,8 @@ pub struct ReceiverGroup {
     pub material: Material,
     /// Indices, in the shared index buffer.
     pub elements: std::ops::Range<u32>,
+    /// Wholly under water, with nothing dry that light from above could reach past it: it casts no shadow through air.
+    pub submerged: bool,
 }
 
 /// All receivers of a scene. Static: made once, shared by all frames of an animation.
@@ -34,6 +37,17 @@ pub struct Receivers {
 }
 
 impl Receivers {
+    /// The groups that can keep a light from what is dry, or from the water surface.
+    pub fn air_casters<'a>(&'a self, light: &Light, level_y: f32) -> impl Iterator<Item = &'a ReceiverGroup> + use<'a> {
+        let from_above = match *light {
+            Light::Directional { .. } => light.incident(Vec3::ZERO).direction_ws.y < 0.0,
+            Light::Point { position, .. } | Light::Spot { position, .. } => position.y > level_y,
+        };
+        self.groups.iter().filter(move |group| !(from_above && group.submerged) && !group.elements.is_empty())
+    }
+}
+
+impl Receivers {
     /// Builds or loads every object's mesh. Triangles that cross `cut_y` are cut there, so that what is under water can be moved
     /// (see [`crate::passes::camera::CameraUniform::raise`]) without bending what is above.
     pub fn new(scene: &Scene, cut_y: Option<f32>) -> Result<Self, SceneError> {
@@ -43,7 +57,11 @@ impl Receivers {
             let mesh = scene.mesh(index)?.transformed(object.transform.world_from_object());
             let first = builder.indices.len() as u32;
             builder.mesh(&mesh);
-            groups.push(ReceiverGroup { material: object.material.clone(), elements: first..builder.indices.len() as u32 });
+            let elements = first..builder.indices.len() as u32;
+            groups.push(ReceiverGroup { material: object.material.clone(), elements, submerged: false });
+        }
+        if let Some(water) = &scene.water {
+            builder.find_submerged(&mut groups, water);
         }
         let bounds = Aabb::from_points(builder.vertices.iter().map(|v| v.position_ws.truncate()));
         let triangles = builder.indices.len() as u64 / 3;
@@ -86,6 +104,23 @@ impl Builder {
                 }
                 _ => self.indices.extend(triangle.map(|i| first + i)),
             }
+        }
+    }
+
+    /// Marks what is wholly under water, if nothing lies lower than its level beside it.
+    fn find_submerged(&self, groups: &mut [ReceiverGroup], water: &Water) {
+        let low = |v: &ReceiverVertex| v.position_ws.y < water.level_m;
+        let (min, max) = water.extent_ws();
+        let inside = |v: &ReceiverVertex| {
+            let at = Vec2::new(v.position_ws.x, v.position_ws.z);
+            at.cmpge(min).all() && at.cmple(max).all()
+        };
+        if !self.vertices.iter().all(|v| !low(v) || inside(v)) {
+            return;
+        }
+        for group in groups {
+            let mut corners = self.indices[group.elements.start as usize..group.elements.end as usize].iter();
+            group.submerged = corners.all(|&i| low(&self.vertices[i as usize]));
         }
     }
 

@@ -1,5 +1,7 @@
 //! The CPU executor: runs a frame's passes on the software GPU.
 
+use rayon::prelude::*;
+
 use crate::pipeline::state::{PixelRect, Viewport};
 use crate::pipeline::{
     Binding, Bindings, Buffer, ColorAttachment, DepthStencilAttachment, Device, Draw, IndexBuffer, LoadOp, Observer, Pass, PassError,
@@ -11,6 +13,9 @@ use super::description::{BindEntry, Frame, FrameDraw, FramePass, FrameTexture, I
 
 /// Least bin budget that a pass can work with.
 const MIN_BIN_BYTES: u64 = 8 << 20;
+
+/// Draws that one task makes ready.
+const DRAWS_PER_TASK: usize = 4096;
 
 /// Why a frame cannot run. Nothing has been drawn when one of these is returned by validation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -316,14 +321,16 @@ pub fn run_frame_pass(
     }
     let groups: Vec<Vec<Binding<'_>>> =
         frame.bind_groups.iter().map(|group| group.entries.iter().map_while(|entry| resolve(frame, entry, &shared)).collect()).collect();
-    let vertex_buffers: Vec<Vec<VertexBuffer<'_>>> = pass.draws.iter().map(|draw| vertex_buffers(frame, draw)).collect();
-    let draws = pass.draws.iter().zip(&vertex_buffers);
-    let draws = draws
-        .map(|(draw, buffers)| {
-            let bindings = Bindings::new(&groups[draw.bind_group.index()], draw.dynamic_offset as usize);
-            resolve_draw(frame, draw, &pipelines[draw.pipeline.index()], bindings, buffers, size)
-        })
-        .collect();
+    // All draws' vertex buffers in one list, and where each draw's begin: a pass may have a hundred thousand draws without any.
+    let vertex_buffers: Vec<VertexBuffer<'_>> = pass.draws.iter().flat_map(|draw| vertex_buffers(frame, draw)).collect();
+    let starts = pass.draws.iter().scan(0, |next, draw| Some(std::mem::replace(next, *next + draw.vertex_buffers.len())));
+    let starts: Vec<usize> = starts.collect();
+    let resolve_one = |(draw, &start): (&FrameDraw, &usize)| {
+        let bindings = Bindings::new(&groups[draw.bind_group.index()], draw.dynamic_offset as usize);
+        let buffers = &vertex_buffers[start..start + draw.vertex_buffers.len()];
+        resolve_draw(frame, draw, &pipelines[draw.pipeline.index()], bindings, buffers, size)
+    };
+    let draws = device.install(|| pass.draws.par_iter().zip(&starts).with_min_len(DRAWS_PER_TASK).map(resolve_one).collect());
     let mut lent = attached.into_iter();
     let mut color = Vec::with_capacity(pass.color.len());
     for target in &pass.color {
@@ -369,7 +376,7 @@ pub fn stream_draw(
     let entries = &frame.bind_groups[draw.bind_group.index()].entries;
     let group: Vec<Binding<'_>> = entries.iter().map_while(|entry| resolve(frame, entry, &shared)).collect();
     let bindings = Bindings::new(&group, draw.dynamic_offset as usize);
-    let buffers = vertex_buffers(frame, draw);
+    let buffers: Vec<VertexBuffer<'_>> = vertex_buffers(frame, draw).collect();
     let resolved = Draw {
         query: None,
         stream_out: Some(0),
@@ -383,8 +390,8 @@ pub fn stream_draw(
     Ok((pipeline.rasterized(), run.stream_out.swap_remove(0)))
 }
 
-fn vertex_buffers<'a>(frame: &'a Frame, draw: &FrameDraw) -> Vec<VertexBuffer<'a>> {
-    draw.vertex_buffers.iter().map(|(id, offset)| VertexBuffer { buffer: data(frame, *id), offset: *offset }).collect()
+fn vertex_buffers<'a>(frame: &'a Frame, draw: &'a FrameDraw) -> impl Iterator<Item = VertexBuffer<'a>> {
+    draw.vertex_buffers.iter().map(|(id, offset)| VertexBuffer { buffer: data(frame, *id), offset: *offset })
 }
 
 /// A frame's draw as the pipeline takes it, to a target of this size.

@@ -51,7 +51,8 @@ pub trait Lanes:
     fn lane(self, index: usize) -> f32;
     /// Lane `i` in place `i`; places beyond [`Self::LEN`] are 0.
     fn to_array(self) -> [f32; 16];
-    /// The integral parts of the lanes, which lie in `0..2^24`; other values are outside the contract. Places beyond [`Self::LEN`] are 0.
+    /// The integral parts of the lanes, which lie between ±2^31, negative ones as two's complements; other values are outside the contract.
+    /// Places beyond [`Self::LEN`] are 0.
     fn to_indices(self) -> [u32; 16];
 
     /// `mask ? if_true : if_false`, lane by lane.
@@ -183,7 +184,7 @@ impl Lanes for f32 {
     #[inline(always)]
     fn to_indices(self) -> [u32; 16] {
         let mut lanes = [0; 16];
-        lanes[0] = self as u32;
+        lanes[0] = self as i32 as u32;
         lanes
     }
     #[inline(always)]

@@ -60,6 +60,9 @@ const DIRECTIONS_3D: [[f32; 3]; 16] = [
 /// Unit directions in the plane reach ±1/√2 (at the centre of a cell); this brings them to ±1.
 const SCALE_2D: f32 = std::f32::consts::SQRT_2;
 
+/// Farthest cell that is told from its neighbours in lanes: conversions of greater numbers differ between machines.
+const MOST_CELL: f32 = 1.0e9;
+
 /// A bijective mix of 32 bits in which every input bit reaches every output bit (the finaliser of MurmurHash3).
 #[inline]
 fn mix(mut h: u32) -> u32 {
@@ -166,26 +169,61 @@ pub fn perlin3_gradient(x: f32, y: f32, z: f32, seed: u32) -> (f32, [f32; 3]) {
     (trilinear(ramp, u, v, w), gradient)
 }
 
-/// [`perlin3`] of many points without their gradients, in loops that a compiler turns into lanes. The same bits.
+/// Lattice cells of many numbers and positions in them, as [`split`] has them as far as cells can be told apart.
 #[inline(always)]
-fn perlin3_many<const N: usize>(x: &[f32; N], y: &[f32; N], z: &[f32; N], seed: u32) -> [f32; N] {
-    let mut value = [0.0; N];
-    let start = mix(seed);
+fn split_lanes<L: Lanes>(x: L) -> ([u32; 16], [f32; 16]) {
+    let cell = x.floor();
+    (Lanes::clamp(cell, -MOST_CELL, MOST_CELL).to_indices(), (x - cell).to_array())
+}
+
+/// [`fold`] of many hashes and coordinates, each raised by `step`.
+#[inline(always)]
+fn fold_many<const N: usize>(hashes: &[u32; N], coordinates: &[u32; N], step: u32) -> [u32; N] {
+    let mut folded = [0; N];
     for i in 0..N {
-        let (ix, fx) = split(x[i]);
-        let (iy, fy) = split(y[i]);
-        let (iz, fz) = split(z[i]);
-        let mut c = [0.0_f32; 8];
-        for (corner, ramp) in c.iter_mut().enumerate() {
-            let (cx, cy, cz) = (corner & 1, (corner >> 1) & 1, corner >> 2);
-            let at_x = fold(start, ix.wrapping_add(cx as i32));
-            let bits = fold(fold(at_x, iy.wrapping_add(cy as i32)), iz.wrapping_add(cz as i32)) >> 28;
-            let g = DIRECTIONS_3D[bits as usize];
-            *ramp = g[0] * (fx - cx as f32) + g[1] * (fy - cy as f32) + g[2] * (fz - cz as f32);
-        }
-        value[i] = trilinear(c, fade(fx).0, fade(fy).0, fade(fz).0);
+        folded[i] = fold(hashes[i], coordinates[i].wrapping_add(step) as i32);
     }
-    value
+    folded
+}
+
+/// [`perlin3`] of many points without their gradients, in short loops that a compiler turns into lanes. The same bits.
+#[inline(always)]
+fn perlin3_lanes<L: Lanes, const N: usize>(p: V3<L>, seed: u32) -> L {
+    let first = |(cells, fractions): ([u32; 16], [f32; 16])| -> ([u32; N], [f32; N]) {
+        (std::array::from_fn(|i| cells[i]), std::array::from_fn(|i| fractions[i]))
+    };
+    let ((ix, fx), (iy, fy), (iz, fz)) = (first(split_lanes(p.x)), first(split_lanes(p.y)), first(split_lanes(p.z)));
+    let start = [mix(seed); N];
+    let mut c = [[0.0_f32; N]; 8];
+    for cx in 0..2_u32 {
+        let at_x = fold_many(&start, &ix, cx);
+        for cy in 0..2_u32 {
+            let at_y = fold_many(&at_x, &iy, cy);
+            for cz in 0..2_u32 {
+                let bits = fold_many(&at_y, &iz, cz);
+                let ramps = &mut c[(cx + 2 * cy + 4 * cz) as usize];
+                for i in 0..N {
+                    ramps[i] = ramp3(bits[i] >> 28, fx[i] - cx as f32, fy[i] - cy as f32, fz[i] - cz as f32);
+                }
+            }
+        }
+    }
+    let mut value = [0.0; N];
+    for i in 0..N {
+        value[i] = trilinear(std::array::from_fn(|k| c[k][i]), fade(fx[i]).0, fade(fy[i]).0, fade(fz[i]).0);
+    }
+    L::load(p.x.token(), &value)
+}
+
+/// The product of a vector with `DIRECTIONS_3D[bits]`, which adds up two of its components: choices by masks, where a look into the table
+/// would be a load for every lane, and an `if` a jump.
+#[inline(always)]
+fn ramp3(bits: u32, x: f32, y: f32, z: f32) -> f32 {
+    let choose = |yes: bool, a: u32, b: u32| b ^ ((a ^ b) & u32::from(yes).wrapping_neg());
+    let (x, y, z) = (x.to_bits(), y.to_bits(), z.to_bits());
+    let first = choose(bits < 8, x, y);
+    let second = choose(bits < 4, y, choose(bits & 13 == 12, x, z));
+    f32::from_bits(first ^ (bits << 31)) + f32::from_bits(second ^ (bits >> 1 << 31))
 }
 
 /// Coefficients of the trilinear polynomial in (u, v, w) that has these values at the corners of the unit cube.
@@ -278,11 +316,7 @@ impl Fbm {
         let mut sum = p.x.like(0.0);
         for (amplitude, frequency, seed) in self.terms(seed) {
             let at = p * p.x.like(frequency);
-            let noise = if L::LEN == 1 {
-                L::splat(p.x.token(), perlin3_many(&[at.x.lane(0)], &[at.y.lane(0)], &[at.z.lane(0)], seed)[0])
-            } else {
-                L::load(p.x.token(), &perlin3_many(&at.x.to_array(), &at.y.to_array(), &at.z.to_array(), seed))
-            };
+            let noise = if L::LEN == 1 { perlin3_lanes::<L, 1>(at, seed) } else { perlin3_lanes::<L, 16>(at, seed) };
             sum = sum + noise * amplitude;
         }
         sum

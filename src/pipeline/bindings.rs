@@ -26,6 +26,14 @@ impl Buffer {
         bytemuck::cast_slice_mut::<Word, u8>(&mut words)[..bytes.len()].copy_from_slice(bytes);
         Self { words, len: bytes.len() }
     }
+    /// So many plain structs, zero at first, which `fill` writes in place.
+    #[must_use]
+    pub fn filled<T: Pod>(count: usize, fill: impl FnOnce(&mut [T])) -> Self {
+        let len = count * size_of::<T>();
+        let mut words: Vec<Word> = bytemuck::allocation::zeroed_vec(len.div_ceil(16));
+        fill(bytemuck::cast_slice_mut(&mut bytemuck::cast_slice_mut::<Word, u8>(&mut words)[..len]));
+        Self { words, len }
+    }
     /// The bytes of one plain struct.
     #[must_use]
     pub fn from_value<T: bytemuck::NoUninit>(value: &T) -> Self {

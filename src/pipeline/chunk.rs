@@ -87,6 +87,8 @@ struct Scratch {
     cache: Vec<CacheEntry>,
     /// Number of the part that cache entries must have been made for.
     cache_part: u32,
+    /// The part of this chunk that the list of vertices and primitives was made for.
+    gathered: Option<Part>,
 }
 
 #[derive(Clone, Copy, Default)]
@@ -108,6 +110,7 @@ pub(super) fn process_chunk(context: &ChunkContext<'_>, parts: &[Part], out: &mu
     out.statistics = PipelineStatistics::default();
     out.sequence = 0;
     let mut scratch = std::mem::take(&mut out.scratch);
+    scratch.gathered = None;
     wide_dispatch!(
         context.execution.level,
         simd => process_parts(simd, context, parts, out, &mut scratch, &mut observer),
@@ -142,7 +145,11 @@ fn process_part<S: Simd>(
     let draw = &context.draws[part.draw as usize];
     let pipeline = draw.pipeline;
     let assembly = &context.assemblies[part.draw as usize];
-    gather_vertices(draw, assembly, part, scratch);
+    // Draws come in pairs that differ in state alone, as for stencil volumes.
+    if !scratch.gathered.is_some_and(|earlier| same_vertices((&context.draws[earlier.draw as usize], &earlier), (draw, part))) {
+        gather_vertices(draw, assembly, part, scratch);
+        scratch.gathered = Some(*part);
+    }
     shade_vertices(context, draw, part, scratch, &mut out.statistics);
     if let Some(observer) = observer.as_deref_mut() {
         let s = &*scratch;
@@ -151,6 +158,7 @@ fn process_part<S: Simd>(
     let has_ids = pipeline.desc.program.geometry.is_some();
     if has_ids {
         run_geometry_stage(draw, part, scratch, &mut out.statistics, observer);
+        scratch.gathered = None;
     }
     if draw.stream_out.is_some() {
         stream_out(pipeline, part.draw, scratch, out);
@@ -182,6 +190,20 @@ fn process_part<S: Simd>(
         PrimitiveClass::Lines => scratch.primitives.iter().enumerate().for_each(|(i, p)| emitter.line([p[0], p[1]], ids.get(i))),
         PrimitiveClass::Points => emitter.points(simd, &scratch.primitives, ids),
     }
+}
+
+/// Whether [`gather_vertices`] would list the same for both.
+fn same_vertices((a, part_a): (&Draw<'_>, &Part), (b, part_b): (&Draw<'_>, &Part)) -> bool {
+    let index = match (&a.index, &b.index) {
+        (Some(a), Some(b)) => std::ptr::eq(a.buffer, b.buffer) && a.format == b.format && a.offset == b.offset,
+        (None, None) => true,
+        _ => false,
+    };
+    index
+        && a.elements == b.elements
+        && a.base_vertex == b.base_vertex
+        && a.pipeline.desc.primitive.topology == b.pipeline.desc.primitive.topology
+        && (part_a.first, part_a.count) == (part_b.first, part_b.count)
 }
 
 /// Lists the vertices that the part's primitives use, each once, and the primitives in terms of that list.

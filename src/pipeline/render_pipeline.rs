@@ -205,7 +205,9 @@ impl RenderPipeline {
             return fail(format!("{} varying scalars; at most {MAX_VARYINGS}", interpolation.len().max(vertex_scalars)));
         }
         let mut targets = Vec::new();
-        let mut outputs = desc.targets.iter().rposition(Option::is_some).map_or(0, |last| last + 1);
+        // A target whose channels are all masked is as good as none: nothing is shaded for it.
+        let written = |target: &Option<ColorTargetState>| target.as_ref().is_some_and(|state| !state.write_mask.is_empty());
+        let mut outputs = desc.targets.iter().rposition(written).map_or(0, |last| last + 1);
         for (slot, target) in desc.targets.iter().enumerate() {
             let Some(state) = target else {
                 targets.push(None);
@@ -227,9 +229,9 @@ impl RenderPipeline {
                     outputs = 2;
                 }
             }
-            targets.push(Some(TargetPlan::new(state, info, rules.f16_rounding)));
+            targets.push(written(target).then(|| TargetPlan::new(state, info, rules.f16_rounding)));
         }
-        if outputs > 0 && program.fragment.is_none() && !desc.rasterizer_discard {
+        if desc.targets.iter().any(Option::is_some) && program.fragment.is_none() && !desc.rasterizer_discard {
             return fail("colour targets need a fragment stage".into());
         }
         let depth = match depth_plan(desc.depth_stencil.as_ref()) {

@@ -7,30 +7,23 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::caustics::beams::{Beam, LightBeams, NONE};
-use crate::geom::{Aabb, Frustum, Plane};
+use crate::geom::{Frustum, Plane};
 use crate::passes::camera::CameraUniform;
 
 use super::hierarchy::{Hierarchy, Node, Rect, Span, triangles};
+use super::reach::Reach;
 use super::slices::{Slabs, Slices};
 
 /// Distances below this, in shares of the size of the scene, do not let a parent speak for its beams.
 const DOUBT: f32 = 1.0e-5;
 
-/// A receivers' box.
-#[derive(Clone, Copy, Debug)]
-struct Reach {
-    rect: Rect,
-    /// Least and greatest height, m.
-    y: [f32; 2],
-    slabs: Slabs,
-}
-
 /// What beams are culled and clamped against.
-pub struct Scope {
+pub struct Scope<'a> {
     /// Sides of the view volume.
     sides: Vec<Plane>,
     camera: CameraUniform,
-    reaches: Vec<Reach>,
+    reaches: &'a [Reach],
+    slices: &'a Slices,
     /// Slabs of beams where there is no clamping.
     all: Option<Slabs>,
     /// Heights of the parent beams' planes.
@@ -76,21 +69,16 @@ pub struct Drawn {
     pub slabs: Slabs,
 }
 
-impl Scope {
-    /// Against a camera's view and boxes of receivers; `clamp` is false for whole beams.
+impl<'a> Scope<'a> {
+    /// Against a camera's view and what is in the boxes of receivers; `clamp` is false for whole beams.
     #[must_use]
-    pub fn new(camera: &CameraUniform, boxes: &[Aabb], slices: &Slices, span: Span, clamp: bool) -> Self {
+    pub fn new(camera: &CameraUniform, reaches: &'a [Reach], slices: &'a Slices, span: Span, clamp: bool) -> Self {
         let frustum = Frustum::from_clip_from_world(camera.clip_from_world);
-        let reach = |b: &Aabb| Reach {
-            rect: Rect { min: Vec2::new(b.min.x, b.min.z), max: Vec2::new(b.max.x, b.max.z) },
-            y: [b.min.y.max(span.bottom_y), b.max.y.min(span.top_y)],
-            slabs: slices.between(b.min.y, b.max.y),
-        };
-        let reaches: Vec<Reach> = boxes.iter().map(reach).filter(|reach| reach.slabs != 0 && reach.y[0] <= reach.y[1]).collect();
-        let size = boxes.iter().copied().fold(Aabb::EMPTY, Aabb::union).size().max_element().max(span.top_y - span.bottom_y);
+        let around = reaches.iter().map(|reach| reach.rect).fold(Rect::EMPTY, Rect::union);
+        let size = (around.max - around.min).max_element().max(span.top_y - span.bottom_y);
         let sides = frustum.planes().iter().take(4).copied().collect();
         let all = (!clamp).then(|| slices.all());
-        Self { sides, camera: *camera, reaches, all, span, doubt: DOUBT * size.max(1.0e-3) }
+        Self { sides, camera: *camera, reaches, slices, all, span, doubt: DOUBT * size.max(1.0e-3) }
     }
 
     /// A point as it appears through the water surface, see [`CameraUniform::raise`].
@@ -116,7 +104,8 @@ impl Scope {
         self.sides.iter().any(|side| points.iter().all(|&p| side.signed_distance(p) < 0.0))
     }
 
-    /// Slabs of the boxes that a beam runs into, out of those given by number: the bounds of the beam between a box's heights meet it.
+    /// Slabs in which a beam runs into receivers, of the boxes given by number: the bounds of the beam between a slab's planes meet a column
+    /// that has something there.
     fn slabs_of(&self, beam: &Beam, boxes: impl Iterator<Item = usize>) -> Slabs {
         let mut slabs = 0;
         for index in boxes {
@@ -124,21 +113,24 @@ impl Scope {
             if slabs & reach.slabs == reach.slabs {
                 continue;
             }
-            let mut bounds = Rect::EMPTY;
-            for (g, d) in beam.g.iter().zip(&beam.d) {
-                for y in reach.y {
-                    let t = (g.y - y).max(0.0);
-                    bounds = bounds.including(Vec2::new(g.x + d.x * t, g.z + d.z * t));
-                }
+            let bounds = bounds(beam, reach.y);
+            if !bounds.meets(reach.rect) {
+                continue;
             }
-            if bounds.meets(reach.rect) {
-                slabs |= reach.slabs;
+            let mut left = reach.under(bounds).any & !slabs;
+            while left != 0 {
+                let slab = left.trailing_zeros();
+                left &= left - 1;
+                let bounds = self::bounds(beam, self.slices.heights(slab, reach.y));
+                if bounds.meets(reach.rect) && reach.under(bounds).any >> slab & 1 == 1 {
+                    slabs |= 1 << slab;
+                }
             }
         }
         slabs
     }
 
-    /// What is drawn of a beam: the definition. `seen`: known to be in view; `granted`: slabs of boxes that it is known to run into.
+    /// What is drawn of a beam: the definition. `seen`: known to be in view; `granted`: slabs in which it is known to meet receivers.
     fn of_beam(&self, beam: &Beam, seen: bool, granted: Slabs, boxes: impl Iterator<Item = usize>, counts: &mut Counts) -> Slabs {
         if !seen {
             counts.beam_tests += 1;
@@ -248,6 +240,19 @@ impl Scope {
 /// Triangles that one task tests.
 const PART: usize = 1024;
 
+/// Bounds of a beam between two heights.
+#[inline(always)]
+fn bounds(beam: &Beam, y: [f32; 2]) -> Rect {
+    let mut bounds = Rect::EMPTY;
+    for (g, d) in beam.g.iter().zip(&beam.d) {
+        for y in y {
+            let t = (g.y - y).max(0.0);
+            bounds = bounds.including(Vec2::new(g.x + d.x * t, g.z + d.z * t));
+        }
+    }
+    bounds
+}
+
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum View {
     Out,
@@ -257,7 +262,7 @@ enum View {
 
 /// A walk down one tree.
 struct Walk<'a> {
-    scope: &'a Scope,
+    scope: &'a Scope<'a>,
     light: &'a LightBeams,
     hierarchy: &'a Hierarchy,
     shadowed: &'a [bool],
@@ -266,7 +271,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// `seen`: wholly in view; `granted`: slabs of boxes that every beam here runs into; `boxes`: those that some may run into.
+    /// `seen`: wholly in view; `granted`: slabs in which every beam here meets receivers; `boxes`: those that some may run into elsewhere.
     fn node(&mut self, index: u32, seen: bool, granted: Slabs, boxes: &[usize]) {
         let (scope, hierarchy) = (self.scope, self.hierarchy);
         let node = &hierarchy.nodes[index as usize];
@@ -295,11 +300,24 @@ impl Walk<'_> {
             self.counts.node_tests += 1;
             // If all of it is in the box at one height, every beam runs into the box, and none needs to be asked [BO §3.3]. Beams exist at
             // heights below the troughs; above, a beam is taken to be where its corner is.
-            let inside = |y: f32| y <= scope.span.trough_y && reach.rect.contains(node.section(scope.span, y));
-            let passed = || node.section(scope.span, reach.y[0].min(scope.span.trough_y)).union(node.section(scope.span, reach.y[1]));
-            if scope.all.is_none() && reach.y.into_iter().any(inside) {
-                granted |= reach.slabs;
-            } else if passed().meets(reach.rect) {
+            let section = |y: f32| node.section(scope.span, y);
+            let passed = section(reach.y[0].min(scope.span.trough_y)).union(section(reach.y[1]));
+            if !passed.meets(reach.rect) {
+                continue;
+            }
+            let below = reach.under(passed);
+            if scope.all.is_none() {
+                let inside = |y: f32| y <= scope.span.trough_y && reach.rect.contains(section(y));
+                let mut left = below.every & !granted;
+                while left != 0 {
+                    let slab = left.trailing_zeros();
+                    left &= left - 1;
+                    if scope.slices.heights(slab, reach.y).into_iter().any(inside) {
+                        granted |= 1 << slab;
+                    }
+                }
+            }
+            if below.any & !granted != 0 {
                 near.push(index);
             }
         }

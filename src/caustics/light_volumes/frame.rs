@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec4;
+use rayon::prelude::*;
 
 use crate::caustics::beams::LightBeams;
 use crate::caustics::stage::light::StageLight;
@@ -27,6 +28,9 @@ pub const REFERENCE: u32 = 128;
 
 /// Bytes from one beam's uniforms to the next.
 const SLOT_BYTES: u32 = size_of::<BeamSlot>() as u32;
+
+/// Beams that one task makes draws of.
+const BEAMS_PER_TASK: usize = 1024;
 
 /// What light is added up in.
 #[derive(Clone, Debug)]
@@ -108,11 +112,11 @@ impl LightPass<'_> {
         let planes = Vec4::new(level, step, slabs as f32, shadows);
         let uniform = stage.uniform(&format!("beams {number}"), &BeamsUniform { sigma_t, planes });
         let slot = |drawn: &Drawn| BeamSlot::new(self.beams.beams[self.beams.of_triangle[drawn.triangle as usize] as usize]);
-        let mut slots: Vec<BeamSlot> = self.drawn.iter().map(slot).collect();
-        if slots.is_empty() {
-            slots.push(BeamSlot::new(Default::default()));
-        }
-        let slots = stage.frame.buffer(format!("beam slots {number}"), Arc::new(Buffer::from_slice(&slots)));
+        // A buffer of nothing cannot be bound.
+        let slots = Buffer::filled(self.drawn.len().max(1), |slots: &mut [BeamSlot]| {
+            slots.par_iter_mut().zip(self.drawn).with_min_len(BEAMS_PER_TASK).for_each(|(to, drawn)| *to = slot(drawn));
+        });
+        let slots = stage.frame.buffer(format!("beam slots {number}"), Arc::new(slots));
         let vertices = stage.frame.buffer(format!("slices {number}"), self.slices.vertices.clone());
         let indices = stage.frame.buffer(format!("slice indices {number}"), self.slices.indices.clone());
         let bindings = stage.frame.bind_group(vec![
@@ -144,20 +148,18 @@ impl LightPass<'_> {
             targets: states,
             ..RenderPipelineDescriptor::new("light_volume_energy", program)
         });
-        let mut draws = Vec::with_capacity(2 * self.drawn.len());
-        for (slot, drawn) in self.drawn.iter().enumerate() {
-            for planes in runs(drawn.slabs) {
-                let elements = self.slices.elements(drawn.triangle, planes);
-                for pipeline in [count, energy] {
-                    draws.push(FrameDraw {
-                        dynamic_offset: slot as u32 * SLOT_BYTES,
-                        index: Some(FrameIndex { buffer: indices, format: IndexFormat::Uint32 }),
-                        stencil_reference: REFERENCE,
-                        ..FrameDraw::new(pipeline, bindings, elements.clone())
-                    });
-                }
-            }
-        }
+        let draws_of = |(slot, &drawn): (usize, &Drawn)| {
+            let elements = runs(drawn.slabs).map(move |planes| self.slices.elements(drawn.triangle, planes));
+            elements.flat_map(move |elements| {
+                [count, energy].map(|pipeline| FrameDraw {
+                    dynamic_offset: slot as u32 * SLOT_BYTES,
+                    index: Some(FrameIndex { buffer: indices, format: IndexFormat::Uint32 }),
+                    stencil_reference: REFERENCE,
+                    ..FrameDraw::new(pipeline, bindings, elements.clone())
+                })
+            })
+        };
+        let draws = self.drawn.par_iter().enumerate().with_min_len(BEAMS_PER_TASK).flat_map_iter(draws_of).collect();
         stage.frame.passes.push(FramePass {
             label: format!("light_volumes {number}"),
             color,

@@ -4,7 +4,7 @@
 //! Each triangle of the water mesh is swept down its refracted rays through fixed slicing planes. The faces of such a beam are counted in the
 //! stencil, so that it differs from a reference exactly where a receiver lies inside; a second draw adds the beam's light there and resets
 //! the count. Quadtrees over the water cull and clamp the beams, and occlusion queries against a shadow map cull those in shadow.
-//! Files: `slices` (planes, vertices), `boxes` (receivers), `hierarchy` (quadtrees, parent beams), `cull` (which beams, between which
+//! Files: `slices` (planes, vertices), `boxes`, `reach` (receivers), `hierarchy` (quadtrees, parent beams), `cull` (which beams, between which
 //! planes), `shadow` (occlusion queries), `shaders` (programs), `frame` (passes).
 //!
 //! Decisions the paper leaves open, in full in `docs/techniques/light-volumes.md`:
@@ -22,6 +22,7 @@ pub mod boxes;
 pub mod cull;
 pub mod frame;
 pub mod hierarchy;
+pub mod reach;
 pub mod shaders;
 pub mod shadow;
 pub mod slices;
@@ -38,8 +39,10 @@ use super::stage::light::StageLight;
 use super::stage::{self, Stage};
 use super::{FrameSource, LayerRead, LayerSource, Receivers, RenderError, Technique, TechniqueFrame};
 use cull::{Counts, Scope};
+use boxes::ReceiverBox;
 use frame::LightPass;
 use hierarchy::{Hierarchy, Span};
+use reach::Reach;
 use shadow::Shadowed;
 use slices::Slices;
 
@@ -71,7 +74,7 @@ impl Technique for LightVolumesTechnique {
 /// What stays from frame to frame: meshes, their boxes, and the water as it was.
 struct Source {
     receivers: Receivers,
-    boxes: Vec<Aabb>,
+    boxes: Vec<ReceiverBox>,
     water: Option<WaterSim>,
     kept: Option<Kept>,
 }
@@ -80,6 +83,7 @@ struct Source {
 struct Kept {
     key: (f32, f32, u32, (u32, u32), (u32, u32), u32),
     slices: Slices,
+    reaches: Vec<Reach>,
     hierarchy: Hierarchy,
 }
 
@@ -131,7 +135,7 @@ impl FrameSource for Source {
             let water = Water { field, hierarchy: &kept.hierarchy, span };
             let shadowed = ask(scene, &self.receivers, &water, (number, &light), device, &mut stage)?;
             let scope =
-                Scope::new(&stage.camera, &self.boxes, &kept.slices, span, settings.clamping && settings.culling != BeamCulling::Off);
+                Scope::new(&stage.camera, &kept.reaches, &kept.slices, span, settings.clamping && settings.culling != BeamCulling::Off);
             let (drawn, counts) = device.install(|| match settings.culling {
                 BeamCulling::Off => scope.everything(&beams, &shadowed.triangles),
                 BeamCulling::PerBeam => scope.one_by_one(&beams, &shadowed.triangles),
@@ -146,7 +150,7 @@ impl FrameSource for Source {
                 slices: &kept.slices,
                 eye_under_water: stage.camera.water.z > 0.0,
             };
-            pass.add(&mut stage, &targets);
+            device.install(|| pass.add(&mut stage, &targets));
             tally.add(&beams, &shadowed, counts, &drawn);
             all_beams.push(beams);
         }
@@ -177,7 +181,8 @@ impl Source {
         if self.kept.as_ref().is_none_or(|kept| kept.key != key) {
             let slices = Slices::new(level, span.bottom_y, settings.planes);
             let hierarchy = Hierarchy::new((field.columns, field.rows), settings.buckets, settings.levels);
-            self.kept = Some(Kept { key, slices, hierarchy });
+            let reaches = reach::reaches(&self.boxes, &self.receivers, &slices, span);
+            self.kept = Some(Kept { key, slices, reaches, hierarchy });
         }
     }
 }
@@ -221,15 +226,17 @@ fn ask(
     stage: &mut Stage,
 ) -> Result<Shadowed, RenderError> {
     let settings = &scene.techniques.light_volumes;
+    let level = scene.water.as_ref().map_or(0.0, |w| w.level_m);
+    let casters: Vec<_> = receivers.air_casters(&scene.lights[number], level).collect();
     let light = &light.uniform;
     let low = span.trough_y;
     let (first, last) = (field.position_ws(0, 0), field.position_ws(field.columns - 1, field.rows - 1));
     let water = Aabb::from_corners(Vec3::new(first.x, low, first.z), Vec3::new(last.x, low, last.z));
-    if !settings.shadows.culls_leaves() || !shadow::can_shade(receivers, light, water) {
+    if !settings.shadows.culls_leaves() || !shadow::can_shade(receivers, &casters, light, water) {
         return Ok(Shadowed::default());
     }
     let map_size = settings.shadow_map_size;
-    let queries = shadow::Queries { receivers, field, hierarchy, light, number, map_size };
+    let queries = shadow::Queries { receivers, casters: &casters, field, hierarchy, light, number, map_size };
     queries.ask(device, settings.least_shadow, &mut stage.frame)
 }
 

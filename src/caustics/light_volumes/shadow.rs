@@ -11,6 +11,7 @@ use std::sync::Arc;
 use glam::{Vec3, Vec4};
 
 use crate::caustics::stage::state::depth_state;
+use crate::caustics::receivers::ReceiverGroup;
 use crate::caustics::{Receivers, RenderError};
 use crate::frame::{BindEntry, BindGroupId, BufferId, DepthTarget, Frame, FrameDraw, FramePass, PipelineId, TextureId};
 use crate::frame::{initial_textures, pipelines, run_frame_pass};
@@ -53,12 +54,12 @@ impl Shadowed {
 
 /// Whether something above the water could cast a shadow on it: whether their bounds meet as the light sees them [BO §5].
 #[must_use]
-pub fn can_shade(receivers: &Receivers, light: &LightUniform, water: Aabb) -> bool {
+pub fn can_shade(receivers: &Receivers, casters: &[&ReceiverGroup], light: &LightUniform, water: Aabb) -> bool {
     let vertices: &[ReceiverVertex] = bytemuck::cast_slice(receivers.vertices.bytes());
     let indices: &[u32] = bytemuck::cast_slice(receivers.indices.bytes());
     let flat = |p: Vec3| (light.clip_from_world.project_point3(p)).with_z(0.0);
     let surface = Aabb::from_points(water.corners().map(flat));
-    receivers.groups.iter().any(|group| {
+    casters.iter().any(|group| {
         let corners = indices[group.elements.start as usize..group.elements.end as usize].iter();
         let above = corners.map(|&i| vertices[i as usize].position_ws.truncate()).filter(|p| p.y > water.min.y);
         let bounds = Aabb::from_points(above);
@@ -75,8 +76,10 @@ struct Prepared {
 
 /// What the queries of one light are made from.
 pub struct Queries<'a> {
-    /// Receivers, of which those above the water cast shadows.
+    /// All receivers.
     pub receivers: &'a Receivers,
+    /// Those that can cast a shadow on the water.
+    pub casters: &'a [&'a ReceiverGroup],
     /// The surface.
     pub field: &'a HeightField,
     /// Its nodes.
@@ -123,8 +126,7 @@ impl Queries<'_> {
         let vertices = frame.buffer(format!("query casters {}", self.number), self.receivers.vertices.clone());
         let indices = frame.buffer(format!("query caster indices {}", self.number), self.receivers.indices.clone());
         let bindings = frame.bind_group(vec![BindEntry::Uniform(light, 0), BindEntry::Storage(vertices)]);
-        let groups = self.receivers.groups.iter().filter(|group| !group.elements.is_empty());
-        let draws = groups.map(|group| FrameDraw::new(pipeline, bindings, group.elements.clone()).indexed(indices)).collect();
+        let draws = self.casters.iter().map(|group| FrameDraw::new(pipeline, bindings, group.elements.clone()).indexed(indices)).collect();
         let depth = Some(DepthTarget { view: map.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
         frame.passes.push(FramePass { label, depth, draws, ..FramePass::default() });
         let pipeline = frame.pipeline(RenderPipelineDescriptor {

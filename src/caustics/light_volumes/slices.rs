@@ -87,6 +87,15 @@ impl Slices {
         (0..slabs).filter(|&k| top(k) >= low && self.planes_y[k + 1] <= high).fold(0, |all, k| all | 1 << k)
     }
 
+    /// Heights of a slab, lower first, as far as they lie in `y`; crests rise over the first plane.
+    #[inline(always)]
+    #[must_use]
+    pub fn heights(&self, slab: u32, y: [f32; 2]) -> [f32; 2] {
+        let slab = slab as usize;
+        let top = if slab == 0 { y[1] } else { self.planes_y[slab].min(y[1]) };
+        [self.planes_y[slab + 1].max(y[0]), top]
+    }
+
     /// The elements of the body of a triangle of the mesh between two planes.
     #[must_use]
     pub fn elements(&self, triangle: u32, planes: Range<u32>) -> Range<u32> {

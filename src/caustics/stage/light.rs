@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{Mat4, Vec3, Vec4};
 
 use crate::caustics::Receivers;
+use crate::caustics::receivers::ReceiverGroup;
 use crate::frame::{BindEntry, BufferId, DepthTarget, FrameDraw, FramePass, TextureId};
 use crate::geom::Aabb;
 use crate::passes::shadow_map::{LightUniform, refracted_under_flat_water};
@@ -34,10 +35,13 @@ impl Stage {
         let buffer = self.uniform(&format!("light {number}"), &uniform);
         let wet = scene.water.is_some();
         let size = view.shadow_map_size;
-        let air_map =
-            self.map(format!("shadow_map_air {number}"), view.surface_shadows.then_some(size), shadow_map::air_program, buffer, receivers);
-        let under = view.underwater_shadows && wet;
-        let water_map = self.map(format!("shadow_map_water {number}"), under.then_some(size), shadow_map::water_program, buffer, receivers);
+        let level = scene.water.as_ref().map_or(0.0, |w| w.level_m);
+        let casters: Vec<_> = receivers.air_casters(&scene.lights[number], level).collect();
+        let air = (view.surface_shadows.then_some(size), casters.as_slice());
+        let air_map = self.map(format!("shadow_map_air {number}"), shadow_map::air_program, buffer, air);
+        let all: Vec<_> = receivers.groups.iter().filter(|g| !g.elements.is_empty()).collect();
+        let under = ((view.underwater_shadows && wet).then_some(size), all.as_slice());
+        let water_map = self.map(format!("shadow_map_water {number}"), shadow_map::water_program, buffer, under);
         let bindings = self.frame.bind_group(vec![
             BindEntry::Uniform(self.camera_buffer, 0),
             BindEntry::Uniform(buffer, 0),
@@ -60,14 +64,13 @@ impl Stage {
         StageLight { uniform, buffer, air_map }
     }
 
-    /// A map of `size` texels, or a texel of depth 1.
+    /// A map of so many texels with the casters in it; without a size, a texel of depth 1.
     fn map(
         &mut self,
         label: String,
-        size: Option<u32>,
         program: fn() -> Arc<crate::pipeline::shader::Program>,
         light: BufferId,
-        receivers: &Receivers,
+        (size, casters): (Option<u32>, &[&ReceiverGroup]),
     ) -> TextureId {
         let side = size.unwrap_or(1);
         let texture = self.frame.texture(TextureDescriptor::d2(label.clone(), side, side, TextureFormat::Depth32Float));
@@ -79,8 +82,7 @@ impl Stage {
         let mut draws = Vec::new();
         if size.is_some() {
             let bindings = self.frame.bind_group(vec![BindEntry::Uniform(light, 0), BindEntry::Storage(self.vertices)]);
-            let groups = receivers.groups.iter().filter(|g| !g.elements.is_empty());
-            draws.extend(groups.map(|g| FrameDraw::new(pipeline, bindings, g.elements.clone()).indexed(self.indices)));
+            draws.extend(casters.iter().map(|g| FrameDraw::new(pipeline, bindings, g.elements.clone()).indexed(self.indices)));
         }
         let depth = Some(DepthTarget { view: texture.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
         self.frame.passes.push(FramePass { label, depth, draws, ..FramePass::default() });

@@ -27,10 +27,6 @@ use state::{clear, depth_state, target};
 /// Pixels rendered beyond each edge of the picture when refracted rays may leave it, as a share of its larger side.
 const SNELL_MARGIN: f32 = 0.06;
 
-/// How far beyond its edges the water is taken to reach, as a share of its larger side. Walls often stand exactly at the edge, and their
-/// interpolated positions are a few units in the last place off.
-const EXTENT_SLACK: f32 = 1.0e-4;
-
 /// How a technique wants to see the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
@@ -308,9 +304,7 @@ fn camera_uniform(scene: &Scene, inner: (u32, u32), size: (u32, u32), under: boo
         Camera::Orthographic { .. } => scene.camera.forward_ws().extend(0.0),
     };
     let (level, extent, exists) = scene.water.as_ref().map_or((0.0, Vec4::ZERO, 0.0), |w| {
-        let (min, max) = (w.min_ws(), w.max_ws());
-        let slack = glam::Vec2::splat((max - min).max_element() * EXTENT_SLACK);
-        let (min, max) = (min - slack, max + slack);
+        let (min, max) = w.extent_ws();
         (w.level_m, Vec4::new(min.x, min.y, max.x, max.y), 1.0)
     });
     CameraUniform {

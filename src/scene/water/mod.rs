@@ -43,6 +43,9 @@ use error::{require, within};
 use formula::Term;
 use height_field::Layout;
 
+/// How far beyond its edges the water is taken to reach, as a share of its larger side.
+const EXTENT_SLACK: f32 = 1.0e-4;
+
 /// Standard acceleration of gravity, in m/s².
 pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
 
@@ -223,6 +226,14 @@ impl Water {
     #[must_use]
     pub fn max_ws(&self) -> Vec2 {
         self.center_m + self.size_m * 0.5
+    }
+
+    /// World (x, z) of the corners between which things count as under water, in metres: a little more than the water. Walls often stand
+    /// exactly at its edge, and their interpolated positions are a few units in the last place off.
+    #[must_use]
+    pub fn extent_ws(&self) -> (Vec2, Vec2) {
+        let slack = Vec2::splat(self.size_m.max_element() * EXTENT_SLACK);
+        (self.min_ws() - slack, self.max_ws() + slack)
     }
 
     fn layout(&self, columns: u32, rows: u32) -> Layout {

@@ -1,0 +1,134 @@
+//! What a receivers' box has at which height: a grid of columns over the box, each with the slabs that receivers are in.
+//!
+//! A box alone says that a beam over a sloping floor must be drawn between the heights of its ends. Columns say between which
+//! planes the floor is where the beam meets it.
+
+use glam::{Vec2, Vec3};
+
+use crate::caustics::Receivers;
+
+use super::boxes::{ReceiverBox, margin};
+use super::hierarchy::{Rect, Span};
+use super::slices::{Slabs, Slices};
+
+/// Columns along the longest side of all boxes.
+const COLUMNS: f32 = 48.0;
+
+/// Most columns along a side of one box.
+const MOST: u32 = 48;
+
+/// A receivers' box between the slicing planes.
+#[derive(Clone, Debug)]
+pub struct Reach {
+    /// The box from above.
+    pub rect: Rect,
+    /// Least and greatest height, m.
+    pub y: [f32; 2],
+    /// Slabs that any of its columns has.
+    pub slabs: Slabs,
+    columns: Vec<Slabs>,
+    size: (u32, u32),
+    /// Columns per metre.
+    per_metre: Vec2,
+}
+
+/// The slabs of some columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Common {
+    /// Of any of them.
+    pub any: Slabs,
+    /// Of every one.
+    pub every: Slabs,
+}
+
+/// Fills the columns of all boxes that reach into the water.
+#[must_use]
+pub fn reaches(boxes: &[ReceiverBox], receivers: &Receivers, slices: &Slices, span: Span) -> Vec<Reach> {
+    let longest = boxes.iter().map(|b| b.bounds.size().x.max(b.bounds.size().z)).fold(0.0, f32::max);
+    let reach = |b: &ReceiverBox| Reach::new(b, receivers, slices, span, longest / COLUMNS);
+    boxes.iter().map(reach).filter(|reach| reach.slabs != 0 && reach.y[0] <= reach.y[1]).collect()
+}
+
+impl Reach {
+    fn new(of: &ReceiverBox, receivers: &Receivers, slices: &Slices, span: Span, column_m: f32) -> Self {
+        let bounds = of.bounds;
+        let rect = Rect { min: Vec2::new(bounds.min.x, bounds.min.z), max: Vec2::new(bounds.max.x, bounds.max.z) };
+        let side = |length: f32| ((length / column_m).ceil() as u32).clamp(1, MOST);
+        let extent = rect.max - rect.min;
+        let size = (side(extent.x), side(extent.y));
+        let per_metre = Vec2::new(size.0 as f32, size.1 as f32) / extent;
+        let y = [bounds.min.y.max(span.bottom_y), bounds.max.y];
+        let columns = vec![0; (size.0 * size.1) as usize];
+        let mut reach = Self { rect, y, slabs: 0, columns, size, per_metre };
+        let margin = margin(receivers);
+        for corners in of.corners(receivers) {
+            reach.add(corners, margin, slices);
+        }
+        reach.slabs = reach.columns.iter().fold(0, |all, column| all | column);
+        reach
+    }
+
+    /// Adds a triangle to the columns that it is in, as far as it is in each.
+    fn add(&mut self, corners: [Vec3; 3], margin: f32, slices: &Slices) {
+        let low = corners[0].min(corners[1]).min(corners[2]) - margin;
+        let high = corners[0].max(corners[1]).max(corners[2]) + margin;
+        let ([x0, x1], [z0, z1]) = self.columns_under(Rect { min: Vec2::new(low.x, low.z), max: Vec2::new(high.x, high.z) });
+        let one = x0 == x1 && z0 == z1;
+        for z in z0..=z1 {
+            for x in x0..=x1 {
+                let heights = if one { Some([low.y, high.y]) } else { self.heights_in(corners, margin, x, z) };
+                if let Some([low, high]) = heights {
+                    self.columns[(z * self.size.0 + x) as usize] |= slices.between(low, high);
+                }
+            }
+        }
+    }
+
+    /// Heights of a triangle inside of a column.
+    fn heights_in(&self, corners: [Vec3; 3], margin: f32, x: u32, z: u32) -> Option<[f32; 2]> {
+        let cell = Vec2::ONE / self.per_metre;
+        let min = self.rect.min + cell * Vec2::new(x as f32, z as f32) - margin;
+        let max = min + cell + 2.0 * margin;
+        let mut polygon = corners.to_vec();
+        for (axis, side, sign) in [(0, min.x, 1.0), (0, max.x, -1.0), (2, min.y, 1.0), (2, max.y, -1.0)] {
+            let inside = |p: Vec3| (p[axis] - side) * sign;
+            let mut cut = Vec::with_capacity(8);
+            for (i, &p) in polygon.iter().enumerate() {
+                let q = polygon[(i + 1) % polygon.len()];
+                let (a, b) = (inside(p), inside(q));
+                if a >= 0.0 {
+                    cut.push(p);
+                }
+                if (a >= 0.0) != (b >= 0.0) {
+                    cut.push(p + (q - p) * (a / (a - b)));
+                }
+            }
+            polygon = cut;
+        }
+        let heights = || polygon.iter().map(|p| p.y);
+        (!polygon.is_empty())
+            .then(|| [heights().fold(f32::INFINITY, f32::min) - margin, heights().fold(f32::NEG_INFINITY, f32::max) + margin])
+    }
+
+    /// First and last columns, along x and along z, that a rectangle covers; the nearest ones where it lies beside the box.
+    #[inline(always)]
+    fn columns_under(&self, rect: Rect) -> ([u32; 2], [u32; 2]) {
+        let (low, high) = ((rect.min - self.rect.min) * self.per_metre, (rect.max - self.rect.min) * self.per_metre);
+        let (last_x, last_z) = (self.size.0 - 1, self.size.1 - 1);
+        ([(low.x as u32).min(last_x), (high.x as u32).min(last_x)], [(low.y as u32).min(last_z), (high.y as u32).min(last_z)])
+    }
+
+    /// What the columns under a rectangle have, which meets the box.
+    #[inline(always)]
+    pub fn under(&self, rect: Rect) -> Common {
+        let ([x0, x1], [z0, z1]) = self.columns_under(rect);
+        let mut common = Common { any: 0, every: Slabs::MAX };
+        for z in z0..=z1 {
+            for column in &self.columns[(z * self.size.0 + x0) as usize..=(z * self.size.0 + x1) as usize] {
+                common.any |= column;
+                common.every &= column;
+            }
+        }
+        common
+    }
+}
