@@ -39,6 +39,12 @@ pub struct Beam {
 }
 
 impl Beam {
+    /// Along which diagonals its walls are cut: bit i is set if that along the edge i → i+1 starts from the edge's start.
+    #[must_use]
+    pub fn cuts(&self) -> usize {
+        (0..3).filter(|&i| self.g[i].w > 0.0).fold(0, |cuts, i| cuts | 1 << i)
+    }
+
     /// Cross-section at height `y`, x and z of the three vertices.
     #[must_use]
     pub fn section(&self, y: f32) -> [[f32; 2]; 3] {
@@ -182,11 +188,7 @@ fn beam(v: [Refracted; 3], count: Count, flat_transmittance: f32) -> (Option<Bea
         return (None, energy);
     }
     let corners = [a, b, c];
-    // Both beams at an edge must evaluate it from the same end: the one that is first by x, then by z.
-    let order = |i: usize| {
-        let (p, q) = (corners[i], corners[(i + 1) % 3]);
-        if (p.x, p.z) < (q.x, q.z) { 1.0 } else { -1.0 }
-    };
+    let order = |i: usize| if comes_first(corners[i], corners[(i + 1) % 3]) { 1.0 } else { -1.0 };
     let rays = [ra, rb, rc];
     let beam = Beam {
         g: [0, 1, 2].map(|i: usize| corners[i].extend(order(i))),
@@ -196,13 +198,19 @@ fn beam(v: [Refracted; 3], count: Count, flat_transmittance: f32) -> (Option<Bea
     (Some(beam), energy)
 }
 
+/// Which of two corners comes first: both beams at an edge must evaluate it from the same end.
+#[must_use]
+pub fn comes_first(p: Vec3, q: Vec3) -> bool {
+    (p.x, p.z, p.y) < (q.x, q.z, q.y)
+}
+
 /// Where the light of all beams goes, in watts summed over RGB.
 ///
-/// `water_incident = surface_reflected + surface_grazing + water_entered`, and `beams_carry = absorbed_above_bottom + reached_bottom` (`beams_carry` is
+/// With `water` for the generators: `water_incident = surface_reflected + surface_grazing + water_entered`, and `beams_carry = absorbed_above_bottom + reached_bottom` (`beams_carry` is
 /// `water_entered` in physical radiometry) on the level
 /// of the volumes' bottom cap, for beams that nothing blocks.
 #[must_use]
-pub fn audit(beams: &[LightBeams], sigma_t: Vec3, bottom_y: f32) -> Vec<(String, f64)> {
+pub fn audit(generators: &str, beams: &[LightBeams], sigma_t: Vec3, bottom_y: f32) -> Vec<(String, f64)> {
     let mut energy = SurfaceEnergy::default();
     let mut bottom = 0.0;
     let mut carried = 0.0;
@@ -222,10 +230,10 @@ pub fn audit(beams: &[LightBeams], sigma_t: Vec3, bottom_y: f32) -> Vec<(String,
     }
     let entry = |name: &str, watts| (name.to_owned(), watts);
     vec![
-        entry("water_incident", energy.incident),
+        entry(&format!("{generators}_incident"), energy.incident),
         entry("surface_reflected", energy.reflected),
         entry("surface_grazing", energy.grazing),
-        entry("water_entered", energy.entered),
+        entry(&format!("{generators}_entered"), energy.entered),
         entry("beams_carry", carried),
         entry("absorbed_above_bottom", carried - bottom),
         entry("reached_bottom", bottom),

@@ -114,6 +114,14 @@ pub enum RenderError {
         /// Most there may be.
         limit: u64,
     },
+    /// The same, of mirrors and glass.
+    #[error("light-volumes draws each beam by itself: `{object}` makes more than {limit} of them; raise `light_volumes.generator_edge`")]
+    TooManyGenerators {
+        /// Name of the object.
+        object: String,
+        /// Most there may be.
+        limit: u64,
+    },
     /// A mesh of the scene.
     #[error(transparent)]
     Scene(#[from] SceneError),

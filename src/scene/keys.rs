@@ -581,6 +581,14 @@ pub const SETTINGS: &[Setting] = &[
         "Grid of the water mesh that makes the beams, in place of the water's own.",
         |scene| scene.techniques.light_volumes.grid
     ),
+    field!(
+        "light_volumes.generator_edge",
+        "",
+        "0.02",
+        "a number from 0.001 to 1",
+        "Longest edge of the triangles of mirrors and glass that make beams, as a share of the object's size.",
+        |scene| scene.techniques.light_volumes.generator_edge
+    ),
     field!("light_volumes.planes", "", "9", "a whole number from 2 to 64", "Slicing planes, the surface among them.", |scene| scene
         .techniques
         .light_volumes

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::caustics::beams::LightBeams;
@@ -88,8 +88,10 @@ pub struct LightPass<'a> {
     pub drawn: &'a [Drawn],
     /// Planes, vertices and indices.
     pub slices: &'a Slices,
-    /// Whether the eye is under water.
-    pub eye_under_water: bool,
+    /// Whether the eye may be inside of a beam.
+    pub eye_inside: bool,
+    /// Whether the beams are in water: then the medium weakens them, maps tell which corners are lit, and what is under water hides things from others.
+    pub in_water: bool,
 }
 
 impl LightPass<'_> {
@@ -101,12 +103,11 @@ impl LightPass<'_> {
     pub fn add(&self, stage: &mut Stage, targets: &Targets) {
         let settings = self.settings();
         let number = self.number;
-        let sigma_t = match settings.radiometry {
-            Radiometry::Physical => self.scene.medium.sigma_t().extend(0.0),
-            // The paper has no attenuation [decision E5].
-            Radiometry::Paper => Vec4::ZERO,
-        };
-        let shadows = if settings.shadows.samples_vertices() { 1.0 } else { 0.0 };
+        // The paper has no attenuation [decision E5].
+        let weakened = self.in_water && settings.radiometry == Radiometry::Physical;
+        let sigma_t = if weakened { self.scene.medium.sigma_t() } else { Vec3::ZERO };
+        let sigma_t = sigma_t.extend(if self.in_water { 1.0 } else { 0.0 });
+        let shadows = if self.in_water && settings.shadows.samples_vertices() { 1.0 } else { 0.0 };
         let (level, slabs) = (self.slices.planes_y[0], self.slices.planes_y.len() - 1);
         let step = (level - self.slices.planes_y[slabs]) / slabs as f32;
         let planes = Vec4::new(level, step, slabs as f32, shadows);
@@ -137,19 +138,20 @@ impl LightPass<'_> {
         let primitive = PrimitiveState { unclipped_depth: true, ..PrimitiveState::default() };
         let count = stage.frame.pipeline(RenderPipelineDescriptor {
             primitive,
-            depth_stencil: Some(stencil_state(stage.depth_format, self.eye_under_water, true)),
+            depth_stencil: Some(stencil_state(stage.depth_format, self.eye_inside, true)),
             targets: masked.collect(),
             ..RenderPipelineDescriptor::new("light_volume_count", shaders::count_program())
         });
         let program = shaders::energy_program(settings.radiometry, settings.gather, settings.energy);
         let energy = stage.frame.pipeline(RenderPipelineDescriptor {
             primitive,
-            depth_stencil: Some(stencil_state(stage.depth_format, self.eye_under_water, false)),
+            depth_stencil: Some(stencil_state(stage.depth_format, self.eye_inside, false)),
             targets: states,
             ..RenderPipelineDescriptor::new("light_volume_energy", program)
         });
         let draws_of = |(slot, &drawn): (usize, &Drawn)| {
-            let elements = runs(drawn.slabs).map(move |planes| self.slices.elements(drawn.triangle, planes));
+            let cuts = self.beams.beams[self.beams.of_triangle[drawn.triangle as usize] as usize].cuts();
+            let elements = runs(drawn.slabs).map(move |planes| self.slices.elements(cuts, planes));
             elements.flat_map(move |elements| {
                 [count, energy].map(|pipeline| FrameDraw {
                     dynamic_offset: slot as u32 * SLOT_BYTES,
@@ -225,10 +227,10 @@ pub fn nothing(stage: &mut Stage, targets: &Targets) {
 
 /// The state of beams' draws, for those that count and those that add light.
 ///
-/// Counting: fronts up, backs down, where they lie before the receiver; for an eye under water, which may be inside of a beam, the other way around
-/// where they lie behind it. Drawing: where the count is not the reference, and it is put back [decision E2].
+/// Counting: fronts up, backs down, where they lie before the receiver; for an eye that may be inside of a beam, the other way around where they lie
+/// behind it. Drawing: where the count is not the reference, and it is put back [decision E2].
 #[must_use]
-pub fn stencil_state(format: TextureFormat, eye_under_water: bool, counts: bool) -> DepthStencilState {
+pub fn stencil_state(format: TextureFormat, eye_inside: bool, counts: bool) -> DepthStencilState {
     let (up, down) = (StencilOperation::IncrementWrap, StencilOperation::DecrementWrap);
     let face = |operation| {
         if counts {
@@ -238,7 +240,7 @@ pub fn stencil_state(format: TextureFormat, eye_under_water: bool, counts: bool)
         }
     };
     let (front, back, compare) =
-        if eye_under_water { (face(down), face(up), CompareFunction::GreaterEqual) } else { (face(up), face(down), CompareFunction::Less) };
+        if eye_inside { (face(down), face(up), CompareFunction::GreaterEqual) } else { (face(up), face(down), CompareFunction::Less) };
     DepthStencilState {
         format,
         depth_write_enabled: Some(false),

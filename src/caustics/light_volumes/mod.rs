@@ -5,7 +5,7 @@
 //! stencil, so that it differs from a reference exactly where a receiver lies inside; a second draw adds the beam's light there and resets
 //! the count. Quadtrees over the water cull and clamp the beams, and occlusion queries against a shadow map cull those in shadow.
 //! Files: `slices` (planes, vertices), `boxes`, `reach` (receivers), `hierarchy` (quadtrees, parent beams), `cull` (which beams, between which
-//! planes), `shadow` (occlusion queries), `shaders` (programs), `frame` (passes).
+//! planes), `shadow` (occlusion queries), `specular` (beams of mirrors and glass), `shaders` (programs), `frame` (passes).
 //!
 //! Decisions the paper leaves open, in full in `docs/techniques/light-volumes.md`:
 //! - E1 two radiometries: `paper` has neither cosine, `physical` conserves flux;
@@ -26,6 +26,7 @@ pub mod reach;
 pub mod shaders;
 pub mod shadow;
 pub mod slices;
+pub mod specular;
 
 use glam::Vec3;
 
@@ -38,13 +39,14 @@ use super::beams::{self, LightBeams};
 use super::stage::light::StageLight;
 use super::stage::{self, Stage};
 use super::{FrameSource, LayerRead, LayerSource, Receivers, RenderError, Technique, TechniqueFrame};
-use cull::{Counts, Scope};
 use boxes::ReceiverBox;
+use cull::{Counts, Scope};
 use frame::LightPass;
 use hierarchy::{Hierarchy, Span};
 use reach::Reach;
 use shadow::Shadowed;
 use slices::Slices;
+use specular::Specular;
 
 /// Most beams of a light: each takes 256 bytes of uniforms and two draws at least. A mesh of 1025x1025 vertices has so many.
 pub const MAX_BEAMS: u64 = 1 << 21;
@@ -65,17 +67,25 @@ impl Technique for LightVolumesTechnique {
     fn prepare(&self, scene: &Scene) -> Result<Box<dyn FrameSource>, RenderError> {
         let settings = &scene.techniques.light_volumes;
         let receivers = Receivers::new(scene, stage::cut_level(scene, settings.eye_refraction))?;
-        let boxes = scene.water.as_ref().map_or_else(Vec::new, |water| boxes::boxes(&receivers, water.level_m));
         let water = scene.water.as_ref().map(|w| w.simulator());
-        Ok(Box::new(Source { receivers, boxes, water, kept: None }))
+        // Beams from above that meet water are not followed on, so where there is water, it alone makes beams.
+        let specular = if water.is_none() { Specular::new(scene, settings.generator_edge)? } else { None };
+        let level = match (&scene.water, &specular) {
+            (Some(water), _) => Some(water.level_m),
+            (None, Some(_)) => Some(f32::INFINITY),
+            (None, None) => None,
+        };
+        let boxes = level.map_or_else(Vec::new, |level| boxes::boxes(&receivers, level));
+        Ok(Box::new(Source { receivers, boxes, water, specular, kept: None }))
     }
 }
 
-/// What stays from frame to frame: meshes, their boxes, and the water as it was.
+/// What stays from frame to frame: meshes, their boxes, mirrors and glass, and the water as it was.
 struct Source {
     receivers: Receivers,
     boxes: Vec<ReceiverBox>,
     water: Option<WaterSim>,
+    specular: Option<Specular>,
     kept: Option<Kept>,
 }
 
@@ -113,53 +123,56 @@ impl FrameSource for Source {
         let mut tally = Tally::default();
         let mut all_beams = Vec::new();
         let mut bottom_y = 0.0;
-        if field.is_none() || scene.lights.is_empty() {
+        if (field.is_none() && self.specular.is_none()) || scene.lights.is_empty() {
             frame::nothing(&mut stage, &targets);
         }
         for number in 0..scene.lights.len() {
             let light = stage.light(scene, &self.receivers, &view, number);
-            let Some(field) = &field else { continue };
-            let span = span(scene, &self.receivers, field);
+            let Some(made) = self.make_beams(scene, field.as_ref(), device, number)? else { continue };
+            let Made { beams, span, .. } = &made;
+            let span = *span;
             bottom_y = span.bottom_y;
-            self.keep(scene, field, span);
-            let Some(kept) = &mut self.kept else { continue };
-            let count = match settings.radiometry {
-                Radiometry::Physical => beams::Count::Conserved,
-                Radiometry::Paper => beams::Count::OwnTransmittance,
-            };
-            let ior = scene.water.as_ref().map_or(1.0, |w| w.ior);
-            let beams = device.install(|| beams::light_beams(field, &scene.lights[number], ior, count));
+            let kept = Kept::renew(&mut self.kept, &self.boxes, &self.receivers, scene, &made);
             if settings.culling == BeamCulling::Hierarchical || settings.shadows.culls_leaves() {
-                device.install(|| kept.hierarchy.update(&beams, span));
+                device.install(|| kept.hierarchy.update(beams, span));
             }
-            let water = Water { field, hierarchy: &kept.hierarchy, span };
-            let shadowed = ask(scene, &self.receivers, &water, (number, &light), device, &mut stage)?;
+            let kept = &*kept;
+            let shadowed = match &field {
+                Some(field) => {
+                    let water = Water { field, hierarchy: &kept.hierarchy, span };
+                    ask(scene, &self.receivers, &water, (number, &light), device, &mut stage)?
+                }
+                // Rays have told which corners are in shadow.
+                None => Shadowed::default(),
+            };
             let scope =
                 Scope::new(&stage.camera, &kept.reaches, &kept.slices, span, settings.clamping && settings.culling != BeamCulling::Off);
             let (drawn, counts) = device.install(|| match settings.culling {
-                BeamCulling::Off => scope.everything(&beams, &shadowed.triangles),
-                BeamCulling::PerBeam => scope.one_by_one(&beams, &shadowed.triangles),
-                BeamCulling::Hierarchical => scope.by_hierarchy(&beams, &kept.hierarchy, &shadowed.triangles),
+                BeamCulling::Off => scope.everything(beams, &shadowed.triangles),
+                BeamCulling::PerBeam => scope.one_by_one(beams, &shadowed.triangles),
+                BeamCulling::Hierarchical => scope.by_hierarchy(beams, &kept.hierarchy, &shadowed.triangles),
             });
             let pass = LightPass {
                 scene,
                 number,
                 light: &light,
-                beams: &beams,
+                beams,
                 drawn: &drawn,
                 slices: &kept.slices,
-                eye_under_water: stage.camera.water.z > 0.0,
+                eye_inside: stage.camera.water.z > 0.0 || (field.is_none() && scene.camera.position_ws().y < span.top_y),
+                in_water: field.is_some(),
             };
             device.install(|| pass.add(&mut stage, &targets));
-            tally.add(&beams, &shadowed, counts, &drawn);
-            all_beams.push(beams);
+            tally.add(beams, &shadowed, counts, &drawn);
+            all_beams.push(made.beams);
         }
         stage.finish(scene, field.as_ref(), &view, targets.caustic);
         let mut layers = stage.layers(scene, targets.caustic);
         let source = |name, texture, channels, read| LayerSource { name, texture, channels, read };
         layers.extend(targets.direction.map(|texture| source("caustic_direction", texture, 3, LayerRead::WeightedMean)));
         layers.extend(targets.count.map(|texture| source("fragment_count", texture, 1, LayerRead::Sum)));
-        let mut audit = beams::audit(&all_beams, scene.medium.sigma_t(), bottom_y);
+        let (generators, sigma_t) = if field.is_some() { ("water", scene.medium.sigma_t()) } else { ("specular", Vec3::ZERO) };
+        let mut audit = beams::audit(generators, &all_beams, sigma_t, bottom_y);
         audit.push(("culled_in_shadow".to_owned(), tally.shadowed_w));
         Ok(TechniqueFrame {
             layers,
@@ -172,18 +185,58 @@ impl FrameSource for Source {
     }
 }
 
+/// A light's beams.
+struct Made {
+    beams: LightBeams,
+    span: Span,
+    /// Mean height of the surface that makes them, m.
+    level: f32,
+    /// Columns and rows of vertices of the mesh that has two triangles for each cell.
+    grid: (u32, u32),
+    buckets: (u32, u32),
+    levels: u32,
+}
+
 impl Source {
-    /// Makes planes and quadtrees, unless they are there already.
-    fn keep(&mut self, scene: &Scene, field: &HeightField, span: Span) {
+    /// The beams of a light, from the water or from mirrors and glass; `None` if the scene has neither.
+    fn make_beams(&self, scene: &Scene, field: Option<&HeightField>, device: &Device, number: usize) -> Result<Option<Made>, RenderError> {
         let settings = &scene.techniques.light_volumes;
-        let level = scene.water.as_ref().map_or(0.0, |w| w.level_m);
-        let key = (level, span.bottom_y, settings.planes, (field.columns, field.rows), settings.buckets, settings.levels);
-        if self.kept.as_ref().is_none_or(|kept| kept.key != key) {
-            let slices = Slices::new(level, span.bottom_y, settings.planes);
-            let hierarchy = Hierarchy::new((field.columns, field.rows), settings.buckets, settings.levels);
-            let reaches = reach::reaches(&self.boxes, &self.receivers, &slices, span);
-            self.kept = Some(Kept { key, slices, reaches, hierarchy });
+        let light = &scene.lights[number];
+        if let (Some(field), Some(water)) = (field, &scene.water) {
+            let count = match settings.radiometry {
+                Radiometry::Physical => beams::Count::Conserved,
+                Radiometry::Paper => beams::Count::OwnTransmittance,
+            };
+            let beams = device.install(|| beams::light_beams(field, light, water.ior, count));
+            let heights = field.heights_ws.iter().fold((water.level_m, water.level_m), |(low, high), &y| (low.min(y), high.max(y)));
+            let span = span(scene, &self.receivers, heights);
+            let (grid, buckets, levels) = ((field.columns, field.rows), settings.buckets, settings.levels);
+            return Ok(Some(Made { beams, span, level: water.level_m, grid, buckets, levels }));
         }
+        let Some(specular) = &self.specular else { return Ok(None) };
+        let beams = device.install(|| specular.beams(light, settings.radiometry))?;
+        let heights = beams.beams.iter().flat_map(|beam| beam.g.map(|g| g.y));
+        let heights = heights.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
+        let span = span(scene, &self.receivers, if beams.beams.is_empty() { (0.0, 0.0) } else { heights });
+        // One row of cells: a tree over a curve that fills space, cut in two where a quadtree is cut in four.
+        let grid = (specular::cells(&beams) + 1, 2);
+        let buckets = (settings.buckets.0 * settings.buckets.1, 1);
+        Ok(Some(Made { beams, span, level: span.top_y, grid, buckets, levels: 2 * settings.levels }))
+    }
+}
+
+impl Kept {
+    /// What is there already, if it fits, or made anew.
+    fn renew<'a>(kept: &'a mut Option<Self>, boxes: &[ReceiverBox], receivers: &Receivers, scene: &Scene, made: &Made) -> &'a mut Self {
+        let settings = &scene.techniques.light_volumes;
+        let key = (made.level, made.span.bottom_y, settings.planes, made.grid, made.buckets, made.levels);
+        let old = kept.take().filter(|kept| kept.key == key);
+        kept.insert(old.unwrap_or_else(|| {
+            let slices = Slices::new(made.level, made.span.bottom_y, settings.planes);
+            let reaches = reach::reaches(boxes, receivers, &slices, made.span);
+            let hierarchy = Hierarchy::new(made.grid, made.buckets, made.levels);
+            Self { key, slices, reaches, hierarchy }
+        }))
     }
 }
 
@@ -198,14 +251,12 @@ fn check_mesh(scene: &Scene) -> Result<(), RenderError> {
     Ok(())
 }
 
-/// Heights between which the beams are.
-fn span(scene: &Scene, receivers: &Receivers, field: &HeightField) -> Span {
-    let level = scene.water.as_ref().map_or(0.0, |w| w.level_m);
+/// Heights between which the beams are, from the least and the greatest of what makes them.
+fn span(scene: &Scene, receivers: &Receivers, (low, high): (f32, f32)) -> Span {
     let settings = &scene.techniques.light_volumes;
-    let (low, high) = field.heights_ws.iter().fold((level, level), |(low, high), &y| (low.min(y), high.max(y)));
-    let floor = if receivers.bounds.is_empty() { level } else { receivers.bounds.min.y.min(level) };
-    // A body needs some height, even where there is nothing under the water.
-    let bottom_y = floor.min(low) - settings.depth_below_floor_m.max(1.0e-3 * (1.0 + level.abs()));
+    let floor = if receivers.bounds.is_empty() { low } else { receivers.bounds.min.y.min(low) };
+    // A body needs some height, even where there is nothing below.
+    let bottom_y = floor - settings.depth_below_floor_m.max(1.0e-3 * (1.0 + high.abs()));
     Span { top_y: high, trough_y: low, bottom_y }
 }
 

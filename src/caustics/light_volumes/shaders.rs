@@ -28,7 +28,7 @@ use super::slices::SliceVertex;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct BeamsUniform {
-    /// Extinction coefficient, 1/m; 0 in paper radiometry.
+    /// Extinction coefficient, 1/m; 0 in paper radiometry. w is 1 if what is under water hides things from others.
     pub sigma_t: Vec4,
     /// Mean level of the water, distance of two planes, number of slabs; 1 if vertices are looked up in the shadow map.
     pub planes: Vec4,
@@ -379,7 +379,9 @@ impl<L: Lanes> Shine<L> {
     fn write(self, paper: bool, gather: Gather, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let zero = self.ray.x.like(0.0);
         let exists = input.texel_here(bindings.texture(7), 3).equals(zero.like(1.0));
-        let visible = L::select(exists, input.texel_here(bindings.texture(9), 0), zero);
+        let beams: &BeamsUniform = bindings.uniform(1);
+        let visible = if beams.sigma_t.w > 0.0 { input.texel_here(bindings.texture(9), 0) } else { zero.like(1.0) };
+        let visible = L::select(exists, visible, zero);
         let intensity = self.intensity * visible;
         // Towards the light: a unit vector in the paper, and where flux is kept per unit of height, since the section is level: [decision E1].
         let unit = -self.ray.normalize();

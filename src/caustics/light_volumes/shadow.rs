@@ -10,8 +10,8 @@ use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 
-use crate::caustics::stage::state::depth_state;
 use crate::caustics::receivers::ReceiverGroup;
+use crate::caustics::stage::state::depth_state;
 use crate::caustics::{Receivers, RenderError};
 use crate::frame::{BindEntry, BindGroupId, BufferId, DepthTarget, Frame, FrameDraw, FramePass, PipelineId, TextureId};
 use crate::frame::{initial_textures, pipelines, run_frame_pass};

@@ -26,12 +26,11 @@ pub struct SliceVertex {
     pub corner: f32,
 }
 
-/// Stands for the surface: no water is so high.
-const SURFACE_Y: f32 = 1.0e30;
+/// Ways to cut three walls along diagonals.
+const CUTS: usize = 8;
 
-/// The wall along edge i → i+1 is cut from the top of the end that comes first by x, then by z, so that neighbours cut it alike: for both kinds of
-/// triangle of a cell, whether that is the edge's start. The same is in [`Beam::g`](crate::caustics::beams::Beam).
-const CUT_FROM_START: [[bool; 3]; 2] = [[true, true, false], [false, true, false]];
+/// Stands for the surface: nothing is so high.
+const SURFACE_Y: f32 = 1.0e30;
 
 /// Planes, vertices and indices.
 #[derive(Clone, Debug)]
@@ -42,7 +41,7 @@ pub struct Slices {
     pub vertices: Arc<Buffer>,
     /// 32-bit indices.
     pub indices: Arc<Buffer>,
-    /// By kind of triangle, first and last plane.
+    /// By the cuts of walls, first and last plane.
     ranges: Vec<Range<u32>>,
 }
 
@@ -57,12 +56,13 @@ impl Slices {
             (0..3 * count as usize).map(|k| SliceVertex { plane_y: on_plane(k / 3), corner: (k % 3) as f32 }).collect();
         let mut indices = Vec::new();
         let mut ranges = Vec::new();
-        for kind in 0..2 {
+        for cuts in 0..CUTS {
             for first in 0..count {
                 for last in 0..count {
                     let start = indices.len() as u32;
-                    if first < last {
-                        body(&mut indices, kind, first, last);
+                    // No edge of a triangle that goes round starts all three, or none.
+                    if first < last && cuts != 0 && cuts != CUTS - 1 {
+                        body(&mut indices, cuts, first, last);
                     }
                     ranges.push(start..indices.len() as u32);
                 }
@@ -96,11 +96,11 @@ impl Slices {
         [self.planes_y[slab + 1].max(y[0]), top]
     }
 
-    /// The elements of the body of a triangle of the mesh between two planes.
+    /// The elements of the body of a beam between two planes, with its walls cut as [`Beam::cuts`](crate::caustics::beams::Beam::cuts) says.
     #[must_use]
-    pub fn elements(&self, triangle: u32, planes: Range<u32>) -> Range<u32> {
-        let count = self.planes_y.len() as u32;
-        self.ranges[((triangle % 2 * count + planes.start) * count + planes.end) as usize].clone()
+    pub fn elements(&self, cuts: usize, planes: Range<u32>) -> Range<u32> {
+        let count = self.planes_y.len();
+        self.ranges[(cuts * count + planes.start as usize) * count + planes.end as usize].clone()
     }
 }
 
@@ -117,13 +117,16 @@ pub fn runs(mut slabs: Slabs) -> impl Iterator<Item = Range<u32>> {
 }
 
 /// Walls between two planes and a cap at either end, anticlockwise seen from outside.
-fn body(indices: &mut Vec<u32>, kind: usize, first: u32, last: u32) {
+///
+/// The wall along an edge is cut from the top of the end that comes first, so that neighbours cut it alike, and its triangles begin there: depth
+/// is interpolated from a triangle's first corner, and must be the same for both neighbours to the last bit, or light is lost between them.
+fn body(indices: &mut Vec<u32>, cuts: usize, first: u32, last: u32) {
     for plane in first..last {
         let (top, bottom) = (3 * plane, 3 * plane + 3);
         for i in 0..3 {
             let j = (i + 1) % 3;
             let (ti, tj, bi, bj) = (top + i, top + j, bottom + i, bottom + j);
-            indices.extend(if CUT_FROM_START[kind][i as usize] { [ti, bi, bj, ti, bj, tj] } else { [ti, bi, tj, bi, bj, tj] });
+            indices.extend(if cuts >> i & 1 == 1 { [ti, bi, bj, ti, bj, tj] } else { [tj, ti, bi, tj, bi, bj] });
         }
     }
     indices.extend([3 * first, 3 * first + 1, 3 * first + 2]);
@@ -134,25 +137,26 @@ fn body(indices: &mut Vec<u32>, kind: usize, first: u32, last: u32) {
 mod tests {
     use super::*;
 
-    fn indices(slices: &Slices, triangle: u32, planes: Range<u32>) -> Vec<u32> {
-        let elements = slices.elements(triangle, planes);
+    fn indices(slices: &Slices, cuts: usize, planes: Range<u32>) -> Vec<u32> {
+        let elements = slices.elements(cuts, planes);
         bytemuck::cast_slice::<u8, u32>(slices.indices.bytes())[elements.start as usize..elements.end as usize].to_vec()
     }
 
     #[test]
     fn every_body_is_closed() {
         let slices = Slices::new(0.0, -3.0, 5);
-        for triangle in 0..2 {
+        for cuts in 1..CUTS - 1 {
             for first in 0..4 {
                 for last in first + 1..5 {
                     let mut edges = std::collections::BTreeMap::<(u32, u32), i32>::new();
-                    for t in indices(&slices, triangle, first..last).chunks_exact(3) {
+                    for t in indices(&slices, cuts, first..last).chunks_exact(3) {
                         for k in 0..3 {
                             let (a, b) = (t[k], t[(k + 1) % 3]);
                             *edges.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
                         }
                     }
-                    assert!(edges.values().all(|&sum| sum == 0), "triangle {triangle}, planes {first}..{last}: {edges:?}");
+                    assert!(edges.values().all(|&sum| sum == 0), "cuts {cuts:b}, planes {first}..{last}: {edges:?}");
+                    assert!(!edges.is_empty());
                 }
             }
         }

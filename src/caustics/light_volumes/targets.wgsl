@@ -18,7 +18,8 @@ struct Targets {
 
 fn shine(intensity_at: vec3<f32>, ray: vec3<f32>, at: vec2<i32>) -> Targets {
     let exists = textureLoad(positions, at, 0).w == 1.0;
-    let visible = select(0.0, textureLoad(visibilities, at, 0).r, exists);
+    let seen = select(1.0, textureLoad(visibilities, at, 0).r, beams.sigma_t.w > 0.0);
+    let visible = select(0.0, seen, exists);
     let intensity = intensity_at * visible;
     let unit = -normalize(ray);
     let to_light = select(-ray, unit, paper);

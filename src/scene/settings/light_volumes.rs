@@ -80,6 +80,8 @@ pub struct LightVolumes {
     /// Columns and rows of vertices of the water mesh that makes the beams, each from 2 to 4096, in place of the water's own grid.
     /// Default: None, the water's grid
     pub grid: Option<(u32, u32)>,
+    /// Longest edge of the triangles of mirrors and glass that make beams, as a share of the object's size, from 0.001 to 1. Default: 0.02
+    pub generator_edge: f32,
     /// Slicing planes, the surface among them, from 2 to 64. Default: 9
     pub planes: u32,
     /// How far the lowest plane lies below the lowest receiver, m, from 0 to 1e6; above 0 so that the floor lies inside. Default: 0.05
@@ -113,6 +115,7 @@ impl Default for LightVolumes {
             gather: Gather::PerBeam,
             energy: EnergyAt::Receiver,
             grid: None,
+            generator_edge: 0.02,
             planes: 9,
             depth_below_floor_m: 0.05,
             culling: BeamCulling::Hierarchical,
@@ -136,6 +139,7 @@ impl LightVolumes {
         gather: Gather::Vector,
         energy: EnergyAt::Face,
         grid: None,
+        generator_edge: 0.02,
         planes: 9,
         depth_below_floor_m: 0.05,
         culling: BeamCulling::Hierarchical,
@@ -152,6 +156,7 @@ impl LightVolumes {
 
     pub(super) fn validate(&self, at: &At<'_>) -> Result<(), Invalid> {
         validate_grid(self.grid, at)?;
+        at.field("generator_edge").within(self.generator_edge, 0.001..=1.0, "")?;
         at.field("planes").count(self.planes, 2..=64)?;
         at.field("depth_below_floor_m").within(self.depth_below_floor_m, 0.0..=MAX_LENGTH_M, "m")?;
         let buckets = at.field("buckets");

@@ -1,0 +1,259 @@
+//! The way of light through mirrors and glass.
+
+use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb as Bounds;
+use obvhs::bvh2::Bvh2;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use obvhs::ray::{Ray, RayHit};
+
+use crate::geom::Mesh;
+use crate::math::optics::{beer_lambert_rgb, fresnel_reflectance, reflect, refract};
+use crate::math::vector::{V3, v3};
+use crate::scene::{Light, Material};
+
+/// Most events on a way.
+const MOST_EVENTS: u32 = 12;
+
+/// Light that is weaker than this share of what arrived is not followed.
+const LEAST_SHARE: f32 = 1.0e-3;
+
+/// How far a ray starts from the surface that it leaves, as a share of the size of everything.
+const STEP_OFF: f32 = 1.0e-5;
+
+/// Least fall of a beam, as a cosine: a ray that is all but level would reach the floor a mile away.
+const LEAST_FALL: f32 = 1.0e-3;
+
+/// Where light has got to when it leaves mirrors and glass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Path {
+    /// Events and pieces of surface on the way, hashed.
+    pub way: u64,
+    /// Share of the light that is left, linear RGB.
+    pub share: Vec3,
+    /// Where it was last mirrored or refracted, m.
+    pub position: Vec3,
+    /// Where it goes; a unit vector.
+    pub direction: Vec3,
+}
+
+impl Path {
+    /// Whether it can be sliced by level planes.
+    pub fn goes_down(&self) -> bool {
+        self.direction.y < -LEAST_FALL
+    }
+}
+
+/// All surfaces of a scene, and a tree over their triangles.
+pub struct Surfaces {
+    meshes: Vec<(Mesh, Material)>,
+    /// Per mesh and vertex, the smooth piece of surface that it belongs to.
+    pieces: Vec<Vec<u32>>,
+    /// Mesh and triangle by number in the tree.
+    triangles: Vec<(u32, u32)>,
+    tree: Bvh2,
+    step_off: f32,
+}
+
+/// What a ray meets.
+struct Meeting {
+    position: Vec3,
+    mesh: u32,
+    piece: u32,
+    /// Interpolated and of the triangle, both on the mesh's outside.
+    normal: Vec3,
+    face: Vec3,
+}
+
+/// Light on its way.
+#[derive(Clone, Copy)]
+struct State {
+    way: u64,
+    share: Vec3,
+    position: Vec3,
+    direction: Vec3,
+    events: u32,
+    /// Mesh of glass that it is in.
+    inside: Option<u32>,
+}
+
+impl Surfaces {
+    /// From world-space meshes.
+    pub fn new(meshes: Vec<(Mesh, Material)>) -> Self {
+        let of_mesh = |(number, (mesh, _)): (usize, &(Mesh, Material))| (0..mesh.triangle_count() as u32).map(move |t| (number as u32, t));
+        let triangles: Vec<(u32, u32)> = meshes.iter().enumerate().flat_map(of_mesh).collect();
+        let size = meshes.iter().fold(0.0, |size: f32, (mesh, _)| size.max(mesh.bounds().size().max_element()));
+        let step_off = (size * STEP_OFF).max(f32::MIN_POSITIVE);
+        let boxes: Vec<Bounds> = triangles
+            .iter()
+            .map(|&(mesh, triangle)| {
+                let [a, b, c] = corners(&meshes[mesh as usize].0, triangle).map(Vec3A::from);
+                let slack = Vec3A::splat(step_off);
+                Bounds::new(a.min(b).min(c) - slack, a.max(b).max(c) + slack)
+            })
+            .collect();
+        let indices = (0..boxes.len() as u32).collect();
+        let tree = PlocBuilder::with_capacity(boxes.len()).build(PlocSearchDistance::Low, &boxes, indices, SortPrecision::U64, 0);
+        let pieces = meshes.iter().map(|(mesh, _)| pieces(mesh)).collect();
+        Self { meshes, pieces, triangles, tree, step_off }
+    }
+
+    /// Whether a light arrives at a point of a mirror or of glass, and the ways that it takes from there.
+    pub fn paths(&self, object: u32, position: Vec3, normal: Vec3, light: &Light, direction: Vec3) -> (bool, Vec<Path>) {
+        let Material::Mirror { .. } = self.meshes[object as usize].1 else {
+            // Light from within the glass has not met it first here.
+            if direction.dot(normal) >= 0.0 {
+                return (false, Vec::new());
+            }
+            return self.paths_from(object, position, normal, light, direction);
+        };
+        self.paths_from(object, position, normal, light, direction)
+    }
+
+    fn paths_from(&self, object: u32, position: Vec3, normal: Vec3, light: &Light, direction: Vec3) -> (bool, Vec<Path>) {
+        let facing = if direction.dot(normal) < 0.0 { normal } else { -normal };
+        let distance = match *light {
+            Light::Directional { .. } => f32::INFINITY,
+            Light::Point { position: at, .. } | Light::Spot { position: at, .. } => at.distance(position),
+        };
+        // Off the surface, and towards the light: what the foot of an object stands on is no obstacle.
+        let start = position + (facing - direction) * self.step_off;
+        let lit = self.nearest(start, -direction, distance).is_none();
+        let start = State { way: 1, share: Vec3::ONE, position, direction, events: 0, inside: None };
+        // The piece of the first surface is that of all three corners of a generator.
+        let meeting = Meeting { position, mesh: object, piece: 0, normal, face: normal };
+        let mut found = Vec::new();
+        let mut left: Vec<State> = Vec::new();
+        self.event(start, &meeting, &mut left);
+        while let Some(state) = left.pop() {
+            match self.nearest(state.position, state.direction, f32::INFINITY) {
+                Some(meeting) if !matches!(self.meshes[meeting.mesh as usize].1, Material::Diffuse { .. }) => {
+                    if state.events < MOST_EVENTS {
+                        self.event(state, &meeting, &mut left);
+                    }
+                }
+                _ if state.inside.is_none() => {
+                    found.push(Path { way: state.way, share: state.share, position: state.position, direction: state.direction });
+                }
+                _ => {}
+            }
+        }
+        (lit, found)
+    }
+
+    /// What becomes of light at a mirror or at glass.
+    fn event(&self, mut state: State, at: &Meeting, left: &mut Vec<State>) {
+        let outside = state.direction.dot(at.face) < 0.0;
+        let (face, mut normal) = if outside { (at.face, at.normal) } else { (-at.face, -at.normal) };
+        if normal.dot(state.direction) >= 0.0 {
+            normal = face;
+        }
+        let cos = -normal.dot(state.direction);
+        if let (Some(_), Material::Dielectric { absorption, .. }) = (state.inside, &self.meshes[at.mesh as usize].1) {
+            let kept = beer_lambert_rgb(*absorption, at.position.distance(state.position));
+            state.share *= Vec3::new(kept.x, kept.y, kept.z);
+        }
+        let incoming = to_v3(state.direction);
+        let follow = |event: u64, share: Vec3, direction: V3<f32>, through: bool, inside: Option<u32>| {
+            let direction = Vec3::new(direction.x, direction.y, direction.z);
+            // What an interpolated normal sends to the wrong side is lost.
+            let goes_through = direction.dot(face) < 0.0;
+            let position = at.position + face * if through { -self.step_off } else { self.step_off };
+            let key = (u64::from(at.mesh) << 32 | u64::from(at.piece)) << 3 | event;
+            let way = (state.way ^ key).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29).wrapping_add(key);
+            let next = State { way, share, position, direction, events: state.events + 1, inside };
+            (goes_through == through && share.max_element() >= LEAST_SHARE).then_some(next)
+        };
+        let side = u64::from(outside);
+        match self.meshes[at.mesh as usize].1 {
+            Material::Mirror { reflectance } => {
+                left.extend(follow(side, state.share * reflectance, reflect(incoming, to_v3(normal)), false, state.inside));
+            }
+            Material::Dielectric { ior, .. } => {
+                let (n1, n2) = if outside { (1.0, ior) } else { (ior, 1.0) };
+                let (refracted, passes) = refract(incoming, to_v3(normal), n1 / n2);
+                let reflectance = if passes { fresnel_reflectance(cos.min(1.0), n1, n2) } else { 1.0 };
+                let inside = |is: bool| is.then_some(at.mesh);
+                if passes {
+                    left.extend(follow(2 + side, state.share * (1.0 - reflectance), refracted, true, inside(outside)));
+                }
+                left.extend(follow(4 + side, state.share * reflectance, reflect(incoming, to_v3(normal)), false, inside(!outside)));
+            }
+            Material::Diffuse { .. } => {}
+        }
+    }
+
+    /// The first surface along a ray, up to `limit` metres.
+    fn nearest(&self, origin: Vec3, direction: Vec3, limit: f32) -> Option<Meeting> {
+        let number = |place: usize| self.triangles[self.tree.primitive_indices[place] as usize];
+        let meet = |place: usize| {
+            let (mesh, triangle) = number(place);
+            meet(origin, direction, corners(&self.meshes[mesh as usize].0, triangle))
+        };
+        let mut hit = RayHit::none();
+        let ray = Ray::new(origin.into(), direction.into(), 0.0, limit);
+        self.tree.ray_traverse(ray, &mut hit, |_, place| meet(place).map_or(f32::INFINITY, |(t, _)| t));
+        if hit.primitive_id == obvhs::ray::INVALID_ID {
+            return None;
+        }
+        let place = hit.primitive_id as usize;
+        let (t, [u, v, w]) = meet(place)?;
+        let (number, triangle) = number(place);
+        let mesh = &self.meshes[number as usize].0;
+        let [i, j, k] = [0, 1, 2].map(|corner| mesh.indices[3 * triangle as usize + corner] as usize);
+        let [a, b, c] = corners(mesh, triangle);
+        let normal = mesh.normals[i] * u + mesh.normals[j] * v + mesh.normals[k] * w;
+        let face = (b - a).cross(c - a).normalize_or(mesh.normals[i]);
+        Some(Meeting {
+            position: origin + direction * t,
+            mesh: number,
+            piece: self.pieces[number as usize][i] + 1,
+            normal: normal.normalize_or(face),
+            face,
+        })
+    }
+}
+
+/// Distance along a ray to a triangle, and the weights of its corners there; `None` if it misses.
+///
+/// Corners are taken from the ray's start, and an edge gives either of its triangles the same number with another sign: no ray
+/// passes between two that share an edge or a corner, however much it is rounded.
+fn meet(origin: Vec3, direction: Vec3, corners: [Vec3; 3]) -> Option<(f32, [f32; 3])> {
+    let [a, b, c] = corners.map(|corner| corner - origin);
+    let edges = [direction.dot(b.cross(c)), direction.dot(c.cross(a)), direction.dot(a.cross(b))];
+    let one_side = edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0);
+    let sum = edges[0] + edges[1] + edges[2];
+    if !one_side || sum == 0.0 {
+        return None;
+    }
+    let weights = edges.map(|e| e / sum);
+    let t = direction.dot(a * weights[0] + b * weights[1] + c * weights[2]);
+    (t > 0.0).then_some((t, weights))
+}
+
+fn to_v3(v: Vec3) -> V3<f32> {
+    v3(v.x, v.y, v.z)
+}
+
+fn corners(mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
+    [0, 1, 2].map(|corner| mesh.positions[mesh.indices[3 * triangle as usize + corner] as usize])
+}
+
+/// Per vertex, which of the pieces it belongs to that are connected by shared vertices: shapes have vertices of their own on either side of a sharp edge.
+fn pieces(mesh: &Mesh) -> Vec<u32> {
+    fn root(parents: &mut [u32], mut v: u32) -> u32 {
+        while parents[v as usize] != v {
+            parents[v as usize] = parents[parents[v as usize] as usize];
+            v = parents[v as usize];
+        }
+        v
+    }
+    let mut parents: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+    for t in mesh.triangles() {
+        for (a, b) in [(t[0], t[1]), (t[1], t[2])] {
+            let (a, b) = (root(&mut parents, a), root(&mut parents, b));
+            // The lower number leads, so that a piece has the number of its first vertex.
+            parents[a.max(b) as usize] = a.min(b);
+        }
+    }
+    (0..parents.len() as u32).map(|v| root(&mut parents, v)).collect()
+}
