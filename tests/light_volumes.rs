@@ -302,7 +302,7 @@ fn stencil_of(beams: &[Beam], executor: &mut CpuExecutor) -> Vec<Vec<bool>> {
             viewport: Some(viewport),
             scissor: Some(PixelRect { x0: x, y0: y, x1: x + CELL_PX, y1: y + CELL_PX }),
             stencil_reference: REFERENCE,
-            ..FrameDraw::new(pipeline, bindings, slices.elements(0, 0..4))
+            ..FrameDraw::new(pipeline, bindings, slices.elements(0b011, 0..4))
         }
         .indexed(indices)
     });

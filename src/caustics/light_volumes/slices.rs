@@ -163,6 +163,18 @@ mod tests {
     }
 
     #[test]
+    fn both_sides_of_a_wall_are_drawn_from_the_same_corner() {
+        let slices = Slices::new(0.0, -3.0, 2);
+        for cuts in 1..CUTS - 1 {
+            let indices = indices(&slices, cuts, 0..1);
+            for (i, wall) in indices[..18].chunks_exact(6).enumerate() {
+                let first = if cuts >> i & 1 == 1 { i } else { (i + 1) % 3 };
+                assert_eq!([wall[0], wall[3]], [first as u32; 2], "cuts {cuts:b}, edge {i}");
+            }
+        }
+    }
+
+    #[test]
     fn slabs_are_those_that_reach_into_a_range() {
         // Planes at 0, -1, -2, -3.
         let slices = Slices::new(0.0, -3.0, 4);
