@@ -46,6 +46,8 @@ pub struct TechniqueFrame {
     pub audit: Vec<(String, f64)>,
     /// Counters so far.
     pub counters: Vec<(String, u64)>,
+    /// Seconds that parts of building the frame took: of this run on this machine, and no part of the result.
+    pub seconds: Vec<(&'static str, f64)>,
 }
 
 /// Where a layer comes from.
@@ -231,11 +233,11 @@ impl Renderer {
         Ok(Rendered { layers, counters, audit: built.audit, passes })
     }
 
-    /// Runs the frame without reading anything back: what a frame costs.
-    pub fn run(&mut self, scene: &Scene, observer: Option<&mut dyn FrameObserver>) -> Result<(), RenderError> {
+    /// Runs the frame without reading anything back: what a frame costs. Returns what was run.
+    pub fn run(&mut self, scene: &Scene, observer: Option<&mut dyn FrameObserver>) -> Result<TechniqueFrame, RenderError> {
         let built = self.source.frame(scene, self.executor.device(), &["color"])?;
         self.executor.run(&built.frame, observer)?;
-        Ok(())
+        Ok(built)
     }
 
     fn check_layers(&self, built: &TechniqueFrame) -> Result<(), RenderError> {

@@ -19,6 +19,7 @@ mod output;
 mod progress;
 mod render;
 mod renderer;
+mod tables;
 mod trace;
 
 use std::ffi::OsString;
@@ -55,6 +56,8 @@ pub enum Command {
     Trace(Box<trace::LowArgs>),
     /// Compare two pictures, or techniques with the ground truth of a scene
     Compare(Box<compare::LowArgs>),
+    /// Measure a paper's tables again, beside its own numbers
+    Tables(tables::LowArgs),
     /// List the techniques, the scenes in a folder, the drivers, or what --set can change
     List(list::LowArgs),
 }
@@ -105,6 +108,7 @@ pub fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Crosscheck(low) => crosscheck::HiArgs::resolve(*low).and_then(|args| crosscheck::run(&args)),
         Command::Trace(low) => trace::HiArgs::resolve(*low).and_then(|args| trace::run(&args)),
         Command::Compare(low) => compare::HiArgs::resolve(*low).and_then(|args| compare::run(&args)),
+        Command::Tables(low) => tables::run(&low).map(|()| Outcome::Done),
         Command::List(low) => list::run(&low).map(|()| Outcome::Done),
     };
     match result {

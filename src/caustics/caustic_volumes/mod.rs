@@ -83,6 +83,7 @@ impl FrameSource for Source {
             layers,
             margin: stage.margin,
             samples: stage.samples,
+            seconds: Vec::new(),
             audit: beams::audit("water", &beams, scene.medium.sigma_t(), bottom_y),
             counters: counters(&self.receivers, &beams),
             frame: stage.frame,

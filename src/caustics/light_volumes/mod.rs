@@ -28,6 +28,8 @@ pub mod shadow;
 pub mod slices;
 pub mod specular;
 
+use std::time::Instant;
+
 use glam::Vec3;
 
 use crate::geom::Aabb;
@@ -106,6 +108,24 @@ struct Tally {
     leaves_culled: u64,
     beams_shadowed: u64,
     shadowed_w: f64,
+    seconds: Seconds,
+}
+
+/// What building the frame took: making beams, asking for shadows, culling with the upkeep of the hierarchy, and making draws.
+#[derive(Default)]
+struct Seconds {
+    beams: f64,
+    queries: f64,
+    culling: f64,
+    draws: f64,
+}
+
+/// Adds the time that something takes to a sum.
+fn timed<R>(sum: &mut f64, work: impl FnOnce() -> R) -> R {
+    let start = Instant::now();
+    let result = work();
+    *sum += start.elapsed().as_secs_f64();
+    result
 }
 
 impl FrameSource for Source {
@@ -128,30 +148,32 @@ impl FrameSource for Source {
         }
         for number in 0..scene.lights.len() {
             let light = stage.light(scene, &self.receivers, &view, number);
-            let Some(made) = self.make_beams(scene, field.as_ref(), device, number)? else { continue };
+            let made = timed(&mut tally.seconds.beams, || self.make_beams(scene, field.as_ref(), device, number))?;
+            let Some(made) = made else { continue };
             let Made { beams, span, .. } = &made;
             let span = *span;
             bottom_y = span.bottom_y;
             let kept = Kept::renew(&mut self.kept, &self.boxes, &self.receivers, scene, &made);
             if settings.culling == BeamCulling::Hierarchical || settings.shadows.culls_leaves() {
-                device.install(|| kept.hierarchy.update(beams, span));
+                timed(&mut tally.seconds.culling, || device.install(|| kept.hierarchy.update(beams, span)));
             }
             let kept = &*kept;
             let shadowed = match &field {
                 Some(field) => {
                     let water = Water { field, hierarchy: &kept.hierarchy, span };
-                    ask(scene, &self.receivers, &water, (number, &light), device, &mut stage)?
+                    timed(&mut tally.seconds.queries, || ask(scene, &self.receivers, &water, (number, &light), device, &mut stage))?
                 }
                 // Rays have told which corners are in shadow.
                 None => Shadowed::default(),
             };
             let scope =
                 Scope::new(&stage.camera, &kept.reaches, &kept.slices, span, settings.clamping && settings.culling != BeamCulling::Off);
-            let (drawn, counts) = device.install(|| match settings.culling {
+            let cull = || match settings.culling {
                 BeamCulling::Off => scope.everything(beams, &shadowed.triangles),
                 BeamCulling::PerBeam => scope.one_by_one(beams, &shadowed.triangles),
                 BeamCulling::Hierarchical => scope.by_hierarchy(beams, &kept.hierarchy, &shadowed.triangles),
-            });
+            };
+            let (drawn, counts) = timed(&mut tally.seconds.culling, || device.install(cull));
             let pass = LightPass {
                 scene,
                 number,
@@ -162,7 +184,7 @@ impl FrameSource for Source {
                 eye_inside: stage.camera.water.z > 0.0 || (field.is_none() && scene.camera.position_ws().y < span.top_y),
                 in_water: field.is_some(),
             };
-            device.install(|| pass.add(&mut stage, &targets));
+            timed(&mut tally.seconds.draws, || device.install(|| pass.add(&mut stage, &targets)));
             tally.add(beams, &shadowed, counts, &drawn);
             all_beams.push(made.beams);
         }
@@ -179,6 +201,7 @@ impl FrameSource for Source {
             margin: stage.margin,
             samples: stage.samples,
             audit,
+            seconds: tally.seconds.named(),
             counters: tally.named(&self.receivers, &all_beams),
             frame: stage.frame,
         })
@@ -289,6 +312,12 @@ fn ask(
     let map_size = settings.shadow_map_size;
     let queries = shadow::Queries { receivers, casters: &casters, field, hierarchy, light, number, map_size };
     queries.ask(device, settings.least_shadow, &mut stage.frame)
+}
+
+impl Seconds {
+    fn named(&self) -> Vec<(&'static str, f64)> {
+        vec![("beams", self.beams), ("queries", self.queries), ("culling", self.culling), ("draws", self.draws)]
+    }
 }
 
 impl Tally {

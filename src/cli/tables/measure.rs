@@ -1,0 +1,93 @@
+//! What frames of one scene cost, and what they do.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::caustics::{RenderOptions, Renderer, TechniqueFrame};
+use crate::frame::{FrameObserver, FramePass};
+use crate::pipeline::{Observer, PassOutput, Texture};
+use crate::scene::Scene;
+
+/// Frames before those that count.
+const WARM_UP: u32 = 1;
+
+/// What was measured. Times are medians, s.
+#[derive(Clone, Debug, Serialize)]
+pub struct Cell {
+    /// Of a whole frame.
+    pub frame_s: f64,
+    /// Of parts of building it, by name.
+    pub building_s: Vec<(&'static str, f64)>,
+    /// Of the passes whose labels start with the prefix asked for.
+    pub passes_s: f64,
+    /// Counters of the technique.
+    pub counters: Vec<(String, u64)>,
+    /// Fragments that passed in those passes.
+    pub fragments: u64,
+}
+
+impl Cell {
+    /// Time of a part of building the frame; 0 if there is none of that name.
+    pub fn building(&self, name: &str) -> f64 {
+        self.building_s.iter().find(|(part, _)| *part == name).map_or(0.0, |(_, seconds)| *seconds)
+    }
+
+    /// A counter; 0 if there is none of that name.
+    pub fn counter(&self, name: &str) -> u64 {
+        self.counters.iter().find(|(counter, _)| counter == name).map_or(0, |(_, count)| *count)
+    }
+}
+
+/// Measures frames of a scene, as it is, on all cores.
+pub fn measure(scene: &Scene, technique: &str, frames: u32, passes: &'static str) -> anyhow::Result<Cell> {
+    let options = RenderOptions { technique: technique.to_owned(), ..RenderOptions::default() };
+    let mut renderer = Renderer::new(scene, &options)?;
+    let mut runs: Vec<(f64, TechniqueFrame, Clock)> = Vec::new();
+    for frame in 0..WARM_UP + frames {
+        let mut clock = Clock { prefix: passes, begun: None, seconds: 0.0, fragments: 0 };
+        let start = Instant::now();
+        let mut built = renderer.run(scene, Some(&mut clock))?;
+        let seconds = start.elapsed().as_secs_f64();
+        // What it drew is large, and not needed any more.
+        built.frame = crate::frame::Frame::default();
+        if frame >= WARM_UP {
+            runs.push((seconds, built, clock));
+        }
+    }
+    let (_, built, clock) = &runs[0];
+    let of = |time: &dyn Fn(&(f64, TechniqueFrame, Clock)) -> f64| median(runs.iter().map(time).collect());
+    Ok(Cell {
+        frame_s: of(&|run| run.0),
+        building_s: (0..built.seconds.len()).map(|k| (built.seconds[k].0, of(&|run| run.1.seconds[k].1))).collect(),
+        passes_s: of(&|run| run.2.seconds),
+        counters: built.counters.clone(),
+        fragments: clock.fragments,
+    })
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Sums up time and fragments of some passes.
+struct Clock {
+    prefix: &'static str,
+    begun: Option<Instant>,
+    seconds: f64,
+    fragments: u64,
+}
+
+impl FrameObserver for Clock {
+    fn pass_begin(&mut self, _index: usize, pass: &FramePass) -> Option<&mut dyn Observer> {
+        self.begun = pass.label.starts_with(self.prefix).then(Instant::now);
+        None
+    }
+    fn pass_end(&mut self, _index: usize, _pass: &FramePass, _textures: &[Texture], output: &PassOutput) {
+        if let Some(begun) = self.begun.take() {
+            self.seconds += begun.elapsed().as_secs_f64();
+            self.fragments += output.statistics.fragments_passed;
+        }
+    }
+}

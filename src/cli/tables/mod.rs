@@ -1,0 +1,45 @@
+//! `nephroid tables`: measures again what a paper's tables measure, and prints it beside the paper's numbers.
+
+mod light_volumes;
+mod measure;
+
+use std::path::PathBuf;
+
+use clap::{ValueEnum, ValueHint};
+
+use crate::cli::interrupt;
+
+/// The arguments as typed.
+#[derive(Debug, clap::Args)]
+pub struct LowArgs {
+    /// Whose tables
+    #[arg(long, value_name = "TECHNIQUE")]
+    paper: Paper,
+
+    /// The folder with the scenes of this repository
+    #[arg(long, value_name = "FOLDER", default_value = "scenes", value_hint = ValueHint::DirPath)]
+    scenes: PathBuf,
+
+    /// Frames of which the median is taken
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    frames: u32,
+
+    /// Print every number as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Papers with tables that can be measured.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Paper {
+    /// Barczak & Olano: table 1, culling and clamping, and table 2, whole frames
+    LightVolumes,
+}
+
+/// Measures and prints.
+pub fn run(low: &LowArgs) -> anyhow::Result<()> {
+    interrupt::install()?;
+    match low.paper {
+        Paper::LightVolumes => light_volumes::run(low),
+    }
+}
