@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use crate::math::optics::{fresnel_transmittance, refract};
 use crate::math::vector::{V3, v3};
-use crate::scene::Light;
 use crate::scene::water::HeightField;
+use crate::scene::{Incident, Light};
 
 /// No beam.
 pub const NONE: u32 = u32::MAX;
@@ -75,6 +75,15 @@ pub struct SurfaceEnergy {
     pub grazing: f64,
 }
 
+impl SurfaceEnergy {
+    fn add(&mut self, other: &Self) {
+        self.incident += other.incident;
+        self.reflected += other.reflected;
+        self.entered += other.entered;
+        self.grazing += other.grazing;
+    }
+}
+
 /// A light's beams through a water surface.
 #[derive(Clone, Debug, Default)]
 pub struct LightBeams {
@@ -82,6 +91,9 @@ pub struct LightBeams {
     pub beams: Vec<Beam>,
     /// Per triangle of the mesh, its beam; [`NONE`] for those that carry no light.
     pub of_triangle: Vec<u32>,
+    /// Per vertex of a water mesh, its position (m) and its refracted ray per metre of depth as in [`Beam`]; without a ray both are not
+    /// numbers. Beams of other generators have none.
+    pub corners: Vec<[Vec4; 2]>,
     /// Energy at the surface.
     pub energy: SurfaceEnergy,
     /// Triangles without a beam.
@@ -103,34 +115,42 @@ struct Refracted {
 #[must_use]
 pub fn light_beams(field: &HeightField, light: &Light, ior: f32, count: Count) -> LightBeams {
     let columns = field.columns;
+    // Parallel light is the same everywhere, and takes longer to ask for than to refract.
+    let parallel = matches!(light, Light::Directional { .. }).then(|| light.incident(Vec3::ZERO));
     let vertices: Vec<Refracted> = (0..field.heights_ws.len() as u32)
         .into_par_iter()
         .with_min_len(1024)
-        .map(|i| refract_vertex(field.position_ws(i % columns, i / columns), field.normals_ws[i as usize], light, ior))
+        .map(|i| {
+            let position = field.position_ws(i % columns, i / columns);
+            refract_vertex(position, field.normals_ws[i as usize], &parallel.unwrap_or_else(|| light.incident(position)), ior)
+        })
         .collect();
     let flat = flat_transmittance(field, light, ior);
     let indices = field.triangle_indices();
-    let made: Vec<(Option<Beam>, SurfaceEnergy)> =
-        indices.par_chunks_exact(3).with_min_len(1024).map(|t| beam([0, 1, 2].map(|k| vertices[t[k] as usize]), count, flat)).collect();
-    let mut out =
-        LightBeams { beams: Vec::with_capacity(made.len()), of_triangle: Vec::with_capacity(made.len()), ..LightBeams::default() };
+    let (mut beams, energies): (Vec<Beam>, Vec<SurfaceEnergy>) = indices
+        .par_chunks_exact(3)
+        .with_min_len(1024)
+        .map(|t| {
+            let (made, energy) = beam([0, 1, 2].map(|k| vertices[t[k] as usize]), count, flat);
+            // Without an area there is no beam.
+            (made.unwrap_or_default(), energy)
+        })
+        .unzip();
+    let corner = |v: &Refracted| match v.ray {
+        Some((ray, length)) => [v.position.extend(0.0), Vec4::new(ray.x, length, ray.z, 0.0)],
+        None => [Vec4::NAN; 2],
+    };
+    let mut out = LightBeams { corners: vertices.iter().map(corner).collect(), ..LightBeams::default() };
     // Summed in mesh order on one thread: the same bits for any number of them.
-    for (beam, energy) in made {
-        out.energy.incident += energy.incident;
-        out.energy.reflected += energy.reflected;
-        out.energy.entered += energy.entered;
-        out.energy.grazing += energy.grazing;
-        match beam {
-            Some(beam) => {
-                out.of_triangle.push(out.beams.len() as u32);
-                out.beams.push(beam);
-            }
-            None => {
-                out.of_triangle.push(NONE);
-                out.dark += 1;
-            }
-        }
+    energies.iter().for_each(|energy| out.energy.add(energy));
+    let mut next = 0..;
+    let number = |beam: &Beam| if beam.flux.w > 0.0 { next.next().unwrap_or(NONE) } else { NONE };
+    out.of_triangle = beams.iter().map(number).collect();
+    out.dark = out.of_triangle.iter().filter(|&&number| number == NONE).count() as u64;
+    if out.dark > 0 {
+        beams.retain(|beam| beam.flux.w > 0.0);
     }
+    out.beams = beams;
     out
 }
 
@@ -138,8 +158,7 @@ fn to_v3(v: Vec3) -> V3<f32> {
     v3(v.x, v.y, v.z)
 }
 
-fn refract_vertex(position: Vec3, normal: Vec3, light: &Light, ior: f32) -> Refracted {
-    let incident = light.incident(position);
+fn refract_vertex(position: Vec3, normal: Vec3, incident: &Incident, ior: f32) -> Refracted {
     let direction = incident.direction_ws;
     let cos = -direction.dot(normal);
     let (t, enters) = refract(to_v3(direction), to_v3(normal), 1.0 / ior);

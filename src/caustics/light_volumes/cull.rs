@@ -3,7 +3,9 @@
 //! There is one test of a beam and one of a parent beam. The first defines the result. The second only ever says what the first would say of every
 //! beam below it, and where it cannot say, it asks further down: so both ways give the same list.
 
-use glam::{Vec2, Vec3};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use glam::{Vec3, Vec4Swizzles as _};
 use rayon::prelude::*;
 
 use crate::caustics::beams::{Beam, LightBeams, NONE};
@@ -87,9 +89,9 @@ impl<'a> Scope<'a> {
         Vec3::new(v.x, v.y, v.z)
     }
 
-    /// Whether a beam is out of view: all of it on the wrong side of one plane. It is bent where it passes the mean level, below which
-    /// things appear raised.
-    fn is_out_of_view(&self, beam: &Beam) -> bool {
+    /// Whether a beam is out of view: all of it on the wrong side of one plane, of those that it may be beyond. It is bent where it passes
+    /// the mean level, below which things appear raised.
+    fn is_out_of_view(&self, beam: &Beam, sides: Sides) -> bool {
         let level = self.camera.water.x;
         let at = |i: usize, y: f32| {
             let t = beam.g[i].y - y;
@@ -101,7 +103,8 @@ impl<'a> Scope<'a> {
             points[3 + i] = self.raised(at(i, level.min(beam.g[i].y)));
             points[6 + i] = self.raised(at(i, self.span.bottom_y));
         }
-        self.sides.iter().any(|side| points.iter().all(|&p| side.signed_distance(p) < 0.0))
+        let beyond = |side: &Plane| points.iter().all(|&p| side.signed_distance(p) < 0.0);
+        self.sides.iter().enumerate().any(|(k, side)| sides >> k & 1 == 1 && beyond(side))
     }
 
     /// Slabs in which a beam runs into receivers, of the boxes given by number: the bounds of the beam between a slab's planes meet a column
@@ -113,15 +116,26 @@ impl<'a> Scope<'a> {
             if slabs & reach.slabs == reach.slabs {
                 continue;
             }
-            let bounds = bounds(beam, reach.y);
+            let bounds = section(beam, reach.y[0]).union(section(beam, reach.y[1]));
             if !bounds.meets(reach.rect) {
                 continue;
             }
-            let mut left = reach.under(bounds).any & !slabs;
+            let below = reach.under(bounds);
+            if reach.rect.contains(bounds) {
+                // Wherever it is at which height, there is something below.
+                slabs |= below.every;
+            }
+            let mut left = below.any & !slabs;
+            // Neighbours share a plane.
+            let mut above = (f32::NAN, Rect::EMPTY);
             while left != 0 {
                 let slab = left.trailing_zeros();
                 left &= left - 1;
-                let bounds = self::bounds(beam, self.slices.heights(slab, reach.y));
+                let [low_y, high_y] = self.slices.heights(slab, reach.y);
+                let high = if above.0 == high_y { above.1 } else { section(beam, high_y) };
+                let low = section(beam, low_y);
+                above = (low_y, low);
+                let bounds = low.union(high);
                 if bounds.meets(reach.rect) && reach.under(bounds).any >> slab & 1 == 1 {
                     slabs |= 1 << slab;
                 }
@@ -130,11 +144,11 @@ impl<'a> Scope<'a> {
         slabs
     }
 
-    /// What is drawn of a beam: the definition. `seen`: known to be in view; `granted`: slabs in which it is known to meet receivers.
-    fn of_beam(&self, beam: &Beam, seen: bool, granted: Slabs, boxes: impl Iterator<Item = usize>, counts: &mut Counts) -> Slabs {
-        if !seen {
+    /// What is drawn of a beam: the definition. `sides`: those of the view that it may be beyond; `granted`: slabs in which it is known to meet receivers.
+    fn of_beam(&self, beam: &Beam, sides: Sides, granted: Slabs, boxes: impl Iterator<Item = usize>, counts: &mut Counts) -> Slabs {
+        if sides != 0 {
             counts.beam_tests += 1;
-            if self.is_out_of_view(beam) {
+            if self.is_out_of_view(beam, sides) {
                 counts.out_of_view += 1;
                 return 0;
             }
@@ -149,8 +163,8 @@ impl<'a> Scope<'a> {
         slabs
     }
 
-    /// Where a parent beam is with respect to the view: surely out, surely in, or neither.
-    fn view_of(&self, node: &Node) -> View {
+    /// The sides of the view that beams of a node may be beyond, of those given; `None` if all are surely beyond one.
+    fn sides_of(&self, node: &Node, sides: Sides) -> Option<Sides> {
         let level = self.camera.water.x.clamp(self.span.bottom_y, self.span.top_y);
         let mut points = [Vec3::ZERO; 12];
         for (k, y) in [self.span.top_y, level, self.span.bottom_y].into_iter().enumerate() {
@@ -158,19 +172,21 @@ impl<'a> Scope<'a> {
                 points[4 * k + i] = self.raised(p);
             }
         }
-        let mut inside = true;
-        for side in &self.sides {
+        let mut unsure = 0;
+        for (k, side) in self.sides.iter().enumerate().filter(|(k, _)| sides >> k & 1 == 1) {
             let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
             for &p in &points {
                 let distance = side.signed_distance(p);
                 (least, most) = (least.min(distance), most.max(distance));
             }
             if most < -self.doubt {
-                return View::Out;
+                return None;
             }
-            inside &= least > self.doubt;
+            if least <= self.doubt {
+                unsure |= 1 << k;
+            }
         }
-        if inside { View::In } else { View::Unsure }
+        Some(unsure)
     }
 
     /// All beams in full.
@@ -195,7 +211,7 @@ impl<'a> Scope<'a> {
                     if beam == NONE || shadowed.get(triangle) == Some(&true) {
                         continue;
                     }
-                    let slabs = self.of_beam(&light.beams[beam as usize], false, 0, 0..self.reaches.len(), &mut counts);
+                    let slabs = self.of_beam(&light.beams[beam as usize], ALL_SIDES, 0, 0..self.reaches.len(), &mut counts);
                     if slabs != 0 {
                         drawn.push(Drawn { triangle: triangle as u32, slabs });
                     }
@@ -209,25 +225,33 @@ impl<'a> Scope<'a> {
     /// The same beams, found down the hierarchy.
     #[must_use]
     pub fn by_hierarchy(&self, light: &LightBeams, hierarchy: &Hierarchy, shadowed: &[bool]) -> (Vec<Drawn>, Counts) {
-        let parts: Vec<(Vec<Drawn>, Counts)> = (0..hierarchy.roots)
+        // By triangle, so that beams come in the order of the mesh, whatever the tree is like: light is added up in this order.
+        let slabs: Vec<AtomicU64> = light.of_triangle.iter().map(|_| AtomicU64::new(0)).collect();
+        let counts: Vec<Counts> = (0..hierarchy.roots)
             .into_par_iter()
             .map(|root| {
-                let mut walk = Walk { scope: self, light, hierarchy, shadowed, drawn: Vec::new(), counts: Counts::default() };
+                let mut walk = Walk { scope: self, light, hierarchy, shadowed, slabs: &slabs, counts: Counts::default() };
                 let boxes: Vec<usize> = (0..self.reaches.len()).collect();
-                walk.node(root as u32, false, 0, &boxes);
-                (walk.drawn, walk.counts)
+                walk.node(root as u32, ALL_SIDES, 0, &boxes);
+                walk.counts
             })
             .collect();
-        let (mut drawn, counts) = self.gathered(parts.into_iter());
-        // In the order of the mesh, whatever the tree is like: light is added up in this order.
-        drawn.par_sort_unstable_by_key(|drawn| drawn.triangle);
-        (drawn, counts)
+        let drawn = (0..).zip(slabs).map(|(triangle, slabs)| Drawn { triangle, slabs: slabs.into_inner() });
+        let counts = counts.iter().fold(Counts::default(), |mut sum, part| {
+            sum.add(part);
+            sum
+        });
+        self.gathered(std::iter::once((drawn.filter(|drawn| drawn.slabs != 0).collect(), counts)))
     }
 
     fn gathered(&self, parts: impl Iterator<Item = (Vec<Drawn>, Counts)>) -> (Vec<Drawn>, Counts) {
         let (mut all, mut counts) = (Vec::new(), Counts::default());
         for (drawn, part) in parts {
-            all.extend(drawn);
+            if all.is_empty() {
+                all = drawn;
+            } else {
+                all.extend(drawn);
+            }
             counts.add(&part);
         }
         counts.drawn = all.len() as u64;
@@ -240,25 +264,19 @@ impl<'a> Scope<'a> {
 /// Triangles that one task tests.
 const PART: usize = 1024;
 
-/// Bounds of a beam between two heights.
+/// Bounds of a beam at a height; above a corner, where that is.
 #[inline(always)]
-fn bounds(beam: &Beam, y: [f32; 2]) -> Rect {
-    let mut bounds = Rect::EMPTY;
-    for (g, d) in beam.g.iter().zip(&beam.d) {
-        for y in y {
-            let t = (g.y - y).max(0.0);
-            bounds = bounds.including(Vec2::new(g.x + d.x * t, g.z + d.z * t));
-        }
-    }
-    bounds
+fn section(beam: &Beam, y: f32) -> Rect {
+    // All four coordinates at once, of which x and z count.
+    let at = |i: usize| beam.g[i] + beam.d[i] * (beam.g[i].y - y).max(0.0);
+    let [a, b, c] = [at(0), at(1), at(2)];
+    Rect { min: a.min(b).min(c).xz(), max: a.max(b).max(c).xz() }
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum View {
-    Out,
-    In,
-    Unsure,
-}
+/// Some of the four sides of the view.
+type Sides = u32;
+
+const ALL_SIDES: Sides = 0b1111;
 
 /// A walk down one tree.
 struct Walk<'a> {
@@ -266,29 +284,27 @@ struct Walk<'a> {
     light: &'a LightBeams,
     hierarchy: &'a Hierarchy,
     shadowed: &'a [bool],
-    drawn: Vec<Drawn>,
+    /// What is drawn of each triangle's beam.
+    slabs: &'a [AtomicU64],
     counts: Counts,
 }
 
 impl Walk<'_> {
-    /// `seen`: wholly in view; `granted`: slabs in which every beam here meets receivers; `boxes`: those that some may run into elsewhere.
-    fn node(&mut self, index: u32, seen: bool, granted: Slabs, boxes: &[usize]) {
+    /// `sides`: those that beams here may be beyond; `granted`: slabs in which every beam here meets receivers; `boxes`: those that some may run into elsewhere.
+    fn node(&mut self, index: u32, sides: Sides, granted: Slabs, boxes: &[usize]) {
         let (scope, hierarchy) = (self.scope, self.hierarchy);
         let node = &hierarchy.nodes[index as usize];
         if node.is_empty() {
             return;
         }
-        let mut seen = seen;
-        if !seen {
+        let mut sides = sides;
+        if sides != 0 {
             self.counts.node_tests += 1;
-            match scope.view_of(node) {
-                View::Out => {
-                    self.counts.out_of_view += self.alive(node);
-                    return;
-                }
-                View::In => seen = true,
-                View::Unsure => {}
-            }
+            let Some(unsure) = scope.sides_of(node, sides) else {
+                self.counts.out_of_view += self.alive(node);
+                return;
+            };
+            sides = unsure;
         }
         let mut granted = granted;
         let mut near = Vec::with_capacity(boxes.len());
@@ -321,13 +337,13 @@ impl Walk<'_> {
                 near.push(index);
             }
         }
-        if seen && granted == 0 && near.is_empty() && scope.all.is_none() {
+        if sides == 0 && granted == 0 && near.is_empty() && scope.all.is_none() {
             self.counts.missed += self.alive(node);
             return;
         }
         if !node.children.is_empty() {
             for child in node.children.clone() {
-                self.node(child, seen, granted, &near);
+                self.node(child, sides, granted, &near);
             }
             return;
         }
@@ -337,10 +353,8 @@ impl Walk<'_> {
                 continue;
             }
             let beam = &self.light.beams[beam as usize];
-            let slabs = scope.of_beam(beam, seen, granted, near.iter().copied(), &mut self.counts);
-            if slabs != 0 {
-                self.drawn.push(Drawn { triangle, slabs });
-            }
+            let slabs = scope.of_beam(beam, sides, granted, near.iter().copied(), &mut self.counts);
+            self.slabs[triangle as usize].store(slabs, Ordering::Relaxed);
         }
     }
 

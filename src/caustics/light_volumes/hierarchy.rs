@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4, Vec4Swizzles as _};
 use rayon::prelude::*;
 
 use crate::caustics::beams::{LightBeams, NONE};
@@ -170,23 +170,23 @@ impl Hierarchy {
     pub fn update(&mut self, light: &LightBeams, span: Span) {
         let columns = self.columns;
         self.nodes.par_iter_mut().with_min_len(64).filter(|node| node.children.is_empty()).for_each(|node| {
-            (node.top, node.bottom, node.beams) = (Rect::EMPTY, Rect::EMPTY, 0);
-            for triangle in triangles(columns, &node.cells) {
-                let beam = light.of_triangle[triangle as usize];
-                if beam == NONE {
-                    continue;
+            let mut around = Around::new(span);
+            let beams =
+                || triangles(columns, &node.cells).map(|triangle| light.of_triangle[triangle as usize]).filter(|&beam| beam != NONE);
+            node.beams = if light.dark == 0 && !light.corners.is_empty() { 2 * node.cells.count() } else { beams().count() as u32 };
+            if light.corners.is_empty() {
+                for beam in beams().map(|beam| &light.beams[beam as usize]) {
+                    beam.g.iter().zip(&beam.d).for_each(|(&g, &d)| around.add(g, d));
                 }
-                let beam = &light.beams[beam as usize];
-                for (g, d) in beam.g.iter().zip(&beam.d) {
-                    let at = |y: f32| Vec2::new(g.x + d.x * (g.y - y), g.z + d.z * (g.y - y));
-                    node.top = node.top.including(at(span.top_y));
-                    node.bottom = node.bottom.including(at(span.bottom_y));
+            } else {
+                // A sixth of the work: neighbours share their corners.
+                for row in node.cells.rows.start..=node.cells.rows.end {
+                    let first = row * (columns + 1);
+                    let corners = (first + node.cells.columns.start) as usize..=(first + node.cells.columns.end) as usize;
+                    light.corners[corners].iter().for_each(|&[g, d]| around.add(g, d));
                 }
-                node.beams += 1;
             }
-            if node.beams > 0 {
-                (node.top, node.bottom) = (node.top.widened(), node.bottom.widened());
-            }
+            (node.top, node.bottom) = if node.beams > 0 { around.rectangles() } else { (Rect::EMPTY, Rect::EMPTY) };
         });
         for index in (0..self.nodes.len()).rev() {
             let children = self.nodes[index].children.clone();
@@ -199,6 +199,35 @@ impl Hierarchy {
             let node = &mut self.nodes[index];
             (node.top, node.bottom, node.beams) = (top, bottom, beams);
         }
+    }
+}
+
+/// Bounds of rays on both planes of a span; of four coordinates, x and z count.
+struct Around {
+    planes_y: [f32; 2],
+    low: [Vec4; 2],
+    high: [Vec4; 2],
+}
+
+impl Around {
+    fn new(span: Span) -> Self {
+        Self { planes_y: [span.top_y, span.bottom_y], low: [Vec4::INFINITY; 2], high: [Vec4::NEG_INFINITY; 2] }
+    }
+
+    /// Adds a ray, as [`Beam`](crate::caustics::beams::Beam) has it; nothing if it is none.
+    #[inline(always)]
+    fn add(&mut self, g: Vec4, d: Vec4) {
+        for k in 0..2 {
+            let at = g + d * (g.y - self.planes_y[k]);
+            // What is not a number is not less, and so never taken.
+            self.low[k] = Vec4::select(at.cmplt(self.low[k]), at, self.low[k]);
+            self.high[k] = Vec4::select(at.cmpgt(self.high[k]), at, self.high[k]);
+        }
+    }
+
+    fn rectangles(&self) -> (Rect, Rect) {
+        let around = |k: usize| Rect { min: self.low[k].xz(), max: self.high[k].xz() }.widened();
+        (around(0), around(1))
     }
 }
 

@@ -107,7 +107,11 @@ pub fn run(low: &LowArgs) -> anyhow::Result<()> {
         }
     }
     drop(progress);
-    if low.json { output::json(&all)? } else { output::text(&report(&all, low.frames))? }
+    if low.json {
+        output::json(&all)?
+    } else {
+        output::text(&report(&all, low.frames))?
+    }
     Ok(())
 }
 
