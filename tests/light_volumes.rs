@@ -140,6 +140,7 @@ fn views() -> Vec<(&'static str, Scene)> {
 
 #[test]
 fn culling_changes_no_picture() {
+    let mut hidden = 0;
     for (name, mut scene) in views() {
         for paper in [false, true] {
             // Shadow culling is by leaves, and so depends on how the water is cut; it has a test of its own.
@@ -161,6 +162,10 @@ fn culling_changes_no_picture() {
                 assert_eq!((&other, other_drawn), (&picture, drawn), "{name}, paper: {paper}, {buckets:?} buckets, {levels} levels");
                 assert!(levels == 0 || other_tests < tests, "{name}: {other_tests} tests in place of {tests}");
             }
+            // Nor is anything lost with receivers that the eye does not see.
+            let (visible, ..) = of(&mut scene, LightVolumes { receiver_culling: true, ..settings });
+            assert_eq!(visible, picture, "{name}, visible receivers");
+            hidden += counter(&render(&scene, &["color"]), "boxes_hidden");
             // Whole beams show the same light at receivers; faces, of which there are others then, do not.
             if !paper {
                 let (whole, ..) = of(&mut scene, LightVolumes { culling: BeamCulling::Off, ..settings });
@@ -170,6 +175,7 @@ fn culling_changes_no_picture() {
             }
         }
     }
+    assert!(hidden > 0, "no receiver was hidden");
 }
 
 #[test]

@@ -617,6 +617,14 @@ pub const SETTINGS: &[Setting] = &[
         "Whether beams are drawn only where the boxes of receivers are.",
         |scene| scene.techniques.light_volumes.clamping
     ),
+    field!(
+        "light_volumes.receiver_culling",
+        "",
+        "false",
+        "true or false",
+        "Whether receivers that others hide from the eye are left out of clamping.",
+        |scene| scene.techniques.light_volumes.receiver_culling
+    ),
     field!("light_volumes.buckets", "quadtrees", "4x4", "COLUMNSxROWS, each from 1 to 64", "Quadtrees along x and z.", |scene| scene
         .techniques
         .light_volumes

@@ -25,6 +25,8 @@ pub struct Scope<'a> {
     sides: Vec<Plane>,
     camera: CameraUniform,
     reaches: &'a [Reach],
+    /// Those of them that the eye sees anything of.
+    boxes: Vec<usize>,
     slices: &'a Slices,
     /// Slabs of beams where there is no clamping.
     all: Option<Slabs>,
@@ -72,15 +74,17 @@ pub struct Drawn {
 }
 
 impl<'a> Scope<'a> {
-    /// Against a camera's view and what is in the boxes of receivers; `clamp` is false for whole beams.
+    /// Against a camera's view and what is in the boxes of receivers; `clamp` is false for whole beams. `visible` says of every box whether
+    /// the eye sees anything of it.
     #[must_use]
-    pub fn new(camera: &CameraUniform, reaches: &'a [Reach], slices: &'a Slices, span: Span, clamp: bool) -> Self {
+    pub fn new(camera: &CameraUniform, reaches: &'a [Reach], visible: &[bool], slices: &'a Slices, span: Span, clamp: bool) -> Self {
         let frustum = Frustum::from_clip_from_world(camera.clip_from_world);
         let around = reaches.iter().map(|reach| reach.rect).fold(Rect::EMPTY, Rect::union);
         let size = (around.max - around.min).max_element().max(span.top_y - span.bottom_y);
         let sides = frustum.planes().iter().take(4).copied().collect();
         let all = (!clamp).then(|| slices.all());
-        Self { sides, camera: *camera, reaches, slices, all, span, doubt: DOUBT * size.max(1.0e-3) }
+        let boxes = (0..reaches.len()).filter(|&k| visible[reaches[k].number]).collect();
+        Self { sides, camera: *camera, reaches, boxes, slices, all, span, doubt: DOUBT * size.max(1.0e-3) }
     }
 
     /// A point as it appears through the water surface, see [`CameraUniform::raise`].
@@ -211,7 +215,7 @@ impl<'a> Scope<'a> {
                     if beam == NONE || shadowed.get(triangle) == Some(&true) {
                         continue;
                     }
-                    let slabs = self.of_beam(&light.beams[beam as usize], ALL_SIDES, 0, 0..self.reaches.len(), &mut counts);
+                    let slabs = self.of_beam(&light.beams[beam as usize], ALL_SIDES, 0, self.boxes.iter().copied(), &mut counts);
                     if slabs != 0 {
                         drawn.push(Drawn { triangle: triangle as u32, slabs });
                     }
@@ -231,8 +235,7 @@ impl<'a> Scope<'a> {
             .into_par_iter()
             .map(|root| {
                 let mut walk = Walk { scope: self, light, hierarchy, shadowed, slabs: &slabs, counts: Counts::default() };
-                let boxes: Vec<usize> = (0..self.reaches.len()).collect();
-                walk.node(root as u32, ALL_SIDES, 0, &boxes);
+                walk.node(root as u32, ALL_SIDES, 0, &self.boxes);
                 walk.counts
             })
             .collect();

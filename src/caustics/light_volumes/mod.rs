@@ -5,7 +5,7 @@
 //! stencil, so that it differs from a reference exactly where a receiver lies inside; a second draw adds the beam's light there and resets
 //! the count. Quadtrees over the water cull and clamp the beams, and occlusion queries against a shadow map cull those in shadow.
 //! Files: `slices` (planes, vertices), `boxes`, `reach` (receivers), `hierarchy` (quadtrees, parent beams), `cull` (which beams, between which
-//! planes), `shadow` (occlusion queries), `specular` (beams of mirrors and glass), `shaders` (programs), `frame` (passes).
+//! planes), `shadow` (occlusion queries), `occlusion` (of receivers), `specular` (beams of mirrors and glass), `shaders` (programs), `frame` (passes).
 //!
 //! Decisions the paper leaves open, in full in `docs/techniques/light-volumes.md`:
 //! - E1 two radiometries: `paper` has neither cosine, `physical` conserves flux;
@@ -22,6 +22,7 @@ pub mod boxes;
 pub mod cull;
 pub mod frame;
 pub mod hierarchy;
+pub mod occlusion;
 pub mod reach;
 pub mod shaders;
 pub mod shadow;
@@ -107,6 +108,7 @@ struct Tally {
     queries: u64,
     leaves_culled: u64,
     beams_shadowed: u64,
+    boxes_hidden: u64,
     shadowed_w: f64,
     seconds: Seconds,
 }
@@ -146,6 +148,12 @@ impl FrameSource for Source {
         if (field.is_none() && self.specular.is_none()) || scene.lights.is_empty() {
             frame::nothing(&mut stage, &targets);
         }
+        let mut visible = vec![true; self.boxes.len()];
+        if settings.receiver_culling && settings.clamping && settings.culling != BeamCulling::Off {
+            let queries = occlusion::Queries { scene, receivers: &self.receivers, boxes: &self.boxes };
+            visible = timed(&mut tally.seconds.queries, || queries.ask(device, &mut stage))?;
+            tally.boxes_hidden = visible.iter().filter(|visible| !**visible).count() as u64;
+        }
         for number in 0..scene.lights.len() {
             let light = stage.light(scene, &self.receivers, &view, number);
             let made = timed(&mut tally.seconds.beams, || self.make_beams(scene, field.as_ref(), device, number))?;
@@ -166,8 +174,14 @@ impl FrameSource for Source {
                 // Rays have told which corners are in shadow.
                 None => Shadowed::default(),
             };
-            let scope =
-                Scope::new(&stage.camera, &kept.reaches, &kept.slices, span, settings.clamping && settings.culling != BeamCulling::Off);
+            let scope = Scope::new(
+                &stage.camera,
+                &kept.reaches,
+                &visible,
+                &kept.slices,
+                span,
+                settings.clamping && settings.culling != BeamCulling::Off,
+            );
             let cull = || match settings.culling {
                 BeamCulling::Off => scope.everything(beams, &shadowed.triangles),
                 BeamCulling::PerBeam => scope.one_by_one(beams, &shadowed.triangles),
@@ -351,6 +365,7 @@ impl Tally {
             ("node_tests", node_tests),
             ("shadow_queries", self.queries),
             ("leaves_culled", self.leaves_culled),
+            ("boxes_hidden", self.boxes_hidden),
         ]
         .map(|(name, count)| (name.to_owned(), count))
         .to_vec()

@@ -20,6 +20,8 @@ const MOST: u32 = 48;
 /// A receivers' box between the slicing planes.
 #[derive(Clone, Debug)]
 pub struct Reach {
+    /// Number of the box among all.
+    pub number: usize,
     /// The box from above.
     pub rect: Rect,
     /// Least and greatest height, m.
@@ -45,8 +47,8 @@ pub struct Common {
 #[must_use]
 pub fn reaches(boxes: &[ReceiverBox], receivers: &Receivers, slices: &Slices, span: Span) -> Vec<Reach> {
     let longest = boxes.iter().map(|b| b.bounds.size().x.max(b.bounds.size().z)).fold(0.0, f32::max);
-    let reach = |b: &ReceiverBox| Reach::new(b, receivers, slices, span, longest / COLUMNS);
-    boxes.iter().map(reach).filter(|reach| reach.slabs != 0 && reach.y[0] <= reach.y[1]).collect()
+    let reach = |(number, b): (usize, &ReceiverBox)| Reach { number, ..Reach::new(b, receivers, slices, span, longest / COLUMNS) };
+    boxes.iter().enumerate().map(reach).filter(|reach| reach.slabs != 0 && reach.y[0] <= reach.y[1]).collect()
 }
 
 impl Reach {
@@ -59,7 +61,7 @@ impl Reach {
         let per_metre = Vec2::new(size.0 as f32, size.1 as f32) / extent;
         let y = [bounds.min.y.max(span.bottom_y), bounds.max.y];
         let columns = vec![0; (size.0 * size.1) as usize];
-        let mut reach = Self { rect, y, slabs: 0, columns, size, per_metre };
+        let mut reach = Self { number: 0, rect, y, slabs: 0, columns, size, per_metre };
         let margin = margin(receivers);
         for corners in of.corners(receivers) {
             reach.add(corners, margin, slices);

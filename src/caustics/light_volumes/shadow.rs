@@ -28,7 +28,7 @@ use super::hierarchy::{Cells, Hierarchy, triangles};
 const MAX_MAP_SIZE: u32 = 512;
 
 /// Queries of a pass in the frame: drivers that count in colour targets have room for so many.
-const QUERIES_PER_PASS: usize = 32;
+pub const QUERIES_PER_PASS: usize = 32;
 
 /// Vertices of a node's top.
 const TOP_VERTICES: u32 = 6;

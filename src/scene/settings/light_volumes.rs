@@ -90,6 +90,8 @@ pub struct LightVolumes {
     pub culling: BeamCulling,
     /// Whether beams are drawn only where the boxes of receivers are. Default: true
     pub clamping: bool,
+    /// Whether receivers that others hide from the eye are left out of clamping. Default: false
+    pub receiver_culling: bool,
     /// Quadtrees along x and z, each from 1 to 64. Default: (4, 4)
     pub buckets: (u32, u32),
     /// How often each quadtree is cut, from 0 to 8. Default: 3
@@ -120,6 +122,7 @@ impl Default for LightVolumes {
             depth_below_floor_m: 0.05,
             culling: BeamCulling::Hierarchical,
             clamping: true,
+            receiver_culling: false,
             buckets: (4, 4),
             levels: 3,
             shadows: BeamShadows::Both,
@@ -144,6 +147,7 @@ impl LightVolumes {
         depth_below_floor_m: 0.05,
         culling: BeamCulling::Hierarchical,
         clamping: true,
+        receiver_culling: false,
         buckets: (4, 4),
         levels: 3,
         shadows: BeamShadows::Both,
