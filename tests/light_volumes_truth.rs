@@ -82,7 +82,7 @@ fn a_ring_makes_half_of_a_nephroid() {
     // Half a pixel beyond the outer centres.
     let half = 0.5 * 2.4 / f64::from(SIDE);
     let mut means: Option<Vec<(u32, u32, f64)>> = None;
-    let results = [0.04, 0.01].map(|edge| {
+    let results = [0.16, 0.01].map(|edge| {
         scene.techniques.light_volumes.generator_edge = edge;
         let (drawn, points) = render(&scene);
         let rectangle = |column: u32, row: u32| {
