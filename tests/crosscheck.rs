@@ -10,6 +10,7 @@ use std::sync::Arc;
 use nephroid::caustics::{RenderOptions, Renderer};
 use nephroid::frame::cpu::stream_draw;
 use nephroid::frame::{BindEntry, ColorTarget, DepthTarget, Executor as _, Frame, FrameDraw, FrameError, FramePass};
+use nephroid::geom::shapes::{Cylinder, UvSphere};
 use nephroid::gpu::conformance::program::{Vertex, program};
 use nephroid::gpu::crosscheck::{Located, Mode, Report, crosscheck, locate, side_by_side};
 use nephroid::gpu::{Gpu, GpuError, GpuExecutor, GpuFrame, adapters, find_adapter};
@@ -22,6 +23,7 @@ use nephroid::pipeline::state::{
     Viewport,
 };
 use nephroid::pipeline::{Buffer, Device, DeviceOptions, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
+use nephroid::scene::{LightVolumes, Shape};
 
 /// Side of the targets, pixels.
 const SIZE: u32 = 64;
@@ -202,6 +204,28 @@ fn scene_frame(size: u32) -> Frame {
     scene.techniques.caustic_volumes.shadow_map_size = 128;
     let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("a renderer");
     renderer.build(&scene).expect("a frame").frame
+}
+
+#[test]
+fn beams_of_mirrors_and_glass_agree() {
+    let shapes = [
+        ("ring.ron", Shape::Cylinder(Cylinder { radius_m: 0.5, height_m: 0.21, slices: 24, open: true })),
+        ("ball.ron", Shape::UvSphere(UvSphere { radius_m: 0.3, slices: 16, stacks: 8 })),
+    ];
+    for gpu in gpus() {
+        for (name, shape) in &shapes {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+            let mut scene = nephroid::scene::load(&path).expect("a shipped scene");
+            (scene.image.width, scene.image.height) = (128, 72);
+            scene.objects[1].shape = shape.clone();
+            let settings = &mut scene.techniques.light_volumes;
+            *settings = LightVolumes { generator_edge: 1.0, shadow_map_size: 256, receiver_culling: true, ..LightVolumes::default() };
+            let options = RenderOptions { technique: "light-volumes".into(), ..RenderOptions::default() };
+            let frame = Renderer::new(&scene, &options).expect("a renderer").build(&scene).expect("a frame").frame;
+            let (report, located) = compare(&gpu, &frame, &frame, Mode::Resynchronised);
+            assert!(report.agrees(), "{}, {name}: {located:?}", gpu.adapter().title());
+        }
+    }
 }
 
 #[test]

@@ -17,6 +17,9 @@ use crate::gpu::{Gpu, GpuError, conformance, find_adapter};
 use crate::image::{file, png};
 use crate::pipeline::{Device, DeviceOptions, Surface, format_info};
 
+/// Most draws of a frame that `--all` compares: a driver without a GPU takes milliseconds for each.
+const MOST_DRAWS: usize = 20_000;
+
 /// Everything that was compared.
 #[derive(Serialize)]
 struct All {
@@ -24,7 +27,16 @@ struct All {
     rules: &'static str,
     agrees: bool,
     frames: Vec<FrameReport>,
+    left_out: Vec<LeftOut>,
     conformance: Option<conformance::Report>,
+}
+
+/// A frame that `--all` does not compare.
+#[derive(Serialize)]
+struct LeftOut {
+    scene: String,
+    technique: &'static str,
+    draws: usize,
 }
 
 /// One frame in one mode.
@@ -52,7 +64,8 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     if let Some(folder) = &args.output {
         fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
-    let mut all = All { adapter: gpu.adapter().title(), rules: rules.0, agrees: true, frames: Vec::new(), conformance: None };
+    let mut all =
+        All { adapter: gpu.adapter().title(), rules: rules.0, agrees: true, frames: Vec::new(), left_out: Vec::new(), conformance: None };
     let modes: &[Mode] = match args.mode {
         Modes::Free => &[Mode::FreeRunning],
         Modes::Resync => &[Mode::Resynchronised],
@@ -67,6 +80,18 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
             let options = RenderOptions { technique: technique.name().to_owned(), ..RenderOptions::default() };
             let mut frame = Renderer::new(&loaded, &options)?.build(&loaded)?.frame;
             frame.rules = rules.1;
+            let draws = frame.passes.iter().map(|pass| pass.draws.len()).sum();
+            if args.all && draws > MOST_DRAWS {
+                let left_out = LeftOut { scene: scene.display().to_string(), technique: technique.name(), draws };
+                if !args.json {
+                    let LeftOut { scene, technique, .. } = &left_out;
+                    output::text(&format!(
+                        "\n{scene}, {technique}: left out, {draws} draws are more than {MOST_DRAWS}; name the scene to compare it\n"
+                    ))?;
+                }
+                all.left_out.push(left_out);
+                continue;
+            }
             check_memory(&frame, &device, options.memory_limit_bytes)?;
             for &mode in modes {
                 let report = check(args, &gpu, &device, &frame, mode, scene, technique.name())?;
