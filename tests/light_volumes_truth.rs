@@ -87,7 +87,7 @@ fn a_ring_makes_half_of_a_nephroid() {
         Some(([f64::from(a.x) - half, f64::from(b.x) + half], [f64::from(a.z) - half, f64::from(b.z) + half]))
     };
     // Light that was reflected twice arrives farther out.
-    let near = |(x, z): &([f64; 2], [f64; 2])| x.iter().all(|x| z.iter().all(|z| x.hypot(*z) < 0.85));
+    let near = |(x, z): &([f64; 2], [f64; 2])| x.iter().all(|x| z.iter().all(|z| (x * x + z * z).sqrt() < 0.85));
     let blocks = (0..SIDE * SIDE / BLOCK / BLOCK).map(|k| (k % (SIDE / BLOCK) * BLOCK, k / (SIDE / BLOCK) * BLOCK));
     let mut pairs = [Vec::new(), Vec::new()];
     for (column, row) in blocks {

@@ -43,7 +43,7 @@ impl Receivers {
             Light::Directional { .. } => light.incident(Vec3::ZERO).direction_ws.y < 0.0,
             Light::Point { position, .. } | Light::Spot { position, .. } => position.y > level_y,
         };
-        self.groups.iter().filter(move |group| !(from_above && group.submerged) && !group.elements.is_empty())
+        self.groups.iter().filter(move |group| !(group.elements.is_empty() || from_above && group.submerged))
     }
 }
 

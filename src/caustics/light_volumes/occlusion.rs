@@ -16,6 +16,7 @@ use crate::frame::{
     run_frame_pass,
 };
 use crate::geom::Aabb;
+use crate::math::space::sin_cos_deg;
 use crate::passes::geometry_buffer::{self, MaterialUniform, ReceiverVertex};
 use crate::pipeline::shader::Program;
 use crate::pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
@@ -135,8 +136,12 @@ impl Queries<'_> {
     /// Whether the eye is so near to a box that its faces may be cut away.
     fn eye_is_in(&self, number: u32) -> bool {
         let near = match self.scene.camera {
-            // The corner of the nearest plane is no farther than this for any field of view that a camera can have.
-            Camera::Perspective { near_m, fov_deg, .. } => near_m * (2.0 + 2.0 * (f64::from(fov_deg) * 0.5).to_radians().tan() as f32),
+            Camera::Perspective { near_m, fov_deg, .. } => {
+                let (sin, cos) = sin_cos_deg(fov_deg * 0.5);
+                let aspect = self.scene.image.width as f32 / self.scene.image.height as f32;
+                // No corner of the near plane is farther from the eye.
+                near_m * (1.0 + (sin / cos) as f32 * (1.0 + aspect))
+            }
             Camera::Orthographic { .. } => return true,
         };
         let eye = self.scene.camera.position_ws();

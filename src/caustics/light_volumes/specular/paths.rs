@@ -127,9 +127,7 @@ impl Surfaces {
         while let Some(state) = left.pop() {
             match self.nearest(state.position, state.direction, f32::INFINITY) {
                 Some(meeting) if !matches!(self.meshes[meeting.mesh as usize].1, Material::Diffuse { .. }) => {
-                    if state.events < MOST_EVENTS {
-                        self.event(state, &meeting, &mut left);
-                    }
+                    self.event(state, &meeting, &mut left);
                 }
                 _ if state.inside.is_none() => {
                     found.push(Path { way: state.way, share: state.share, position: state.position, direction: state.direction });
@@ -140,8 +138,11 @@ impl Surfaces {
         (lit, found)
     }
 
-    /// What becomes of light at a mirror or at glass.
+    /// What becomes of light at a mirror or at glass; nothing after too many events.
     fn event(&self, mut state: State, at: &Meeting, left: &mut Vec<State>) {
+        if state.events >= MOST_EVENTS {
+            return;
+        }
         let outside = state.direction.dot(at.face) < 0.0;
         let (face, mut normal) = if outside { (at.face, at.normal) } else { (-at.face, -at.normal) };
         if normal.dot(state.direction) >= 0.0 {
