@@ -56,6 +56,9 @@ const INTERPOLATED_FROM_ORIGIN: Bound = bound("interpolated-from-origin", 1.0e-4
 /// Shaded from equal inputs: elementary functions differ in their last places.
 const SHADED: Bound = bound("shaded", 1.0e-4, 100.0, 20.0);
 
+/// Looked up in a shadow map of thousands of texels: the place between two of them is known to some 1e-4 of a texel.
+const LOOKED_UP: Bound = bound("looked-up", 5.0e-4, 100.0, 20.0);
+
 /// Sums of blended contributions with equal inputs and equal coverage.
 const ACCUMULATED: Bound = bound("accumulated", 1.0e-5, 20.0, 5.0);
 
@@ -75,6 +78,7 @@ const CHAINED_SEARCHED: Bound = bound("chained-searched", 1.0e-4, 20000.0, 1500.
 const STAGES: &[(&str, &str, Bound, Bound)] = &[
     // Pass, texture (all if empty), resynchronised, free-running.
     ("geometry_buffer", "", INTERPOLATED, INTERPOLATED),
+    ("light ", "direct", LOOKED_UP, CHAINED),
     ("caustic_volumes", "volume_count", COUNTED, CHAINED),
     ("caustic_volumes", "", ACCUMULATED, CHAINED),
     ("light_volumes", "beam_count", COUNTED, CHAINED),
