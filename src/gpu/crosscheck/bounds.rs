@@ -42,7 +42,7 @@ const OWN_VERTICES: Bound = bound("own-vertices", 1.0e-4, 100.0, 20.0);
 const VERTEX: Bound = bound("vertex", 2.0e-6, 10.0, 10.0);
 
 /// Vertices that are swept down a ray, and what they look up in a shadow map that the driver drew itself.
-const SWEPT: Bound = bound("swept-vertex", 1.0e-5, 300.0, 300.0);
+const SWEPT: Bound = bound("swept-vertex", 5.0e-4, 300.0, 300.0);
 
 /// Depth and coverage of hardware, whose arithmetic is not known: a few units in the last place, and single pixels along edges.
 const HARDWARE: Bound = bound("hardware", 1.0e-4, 500.0, 50.0);
@@ -71,6 +71,9 @@ const SEARCHED: Bound = bound("searched", 1.0e-4, 12000.0, 800.0);
 /// Shaded from what the driver itself drew before: shadow edges and seams move with the last places of positions.
 const CHAINED: Bound = bound("chained", 1.0e-4, 12000.0, 800.0);
 
+/// The same of light that shadow maps let through, see [`LOOKED_UP`].
+const CHAINED_LOOKED_UP: Bound = bound("chained-looked-up", 5.0e-4, 12000.0, 800.0);
+
 /// The searched picture of inputs that differ in their last places.
 const CHAINED_SEARCHED: Bound = bound("chained-searched", 1.0e-4, 20000.0, 1500.0);
 
@@ -78,11 +81,11 @@ const CHAINED_SEARCHED: Bound = bound("chained-searched", 1.0e-4, 20000.0, 1500.
 const STAGES: &[(&str, &str, Bound, Bound)] = &[
     // Pass, texture (all if empty), resynchronised, free-running.
     ("geometry_buffer", "", INTERPOLATED, INTERPOLATED),
-    ("light ", "direct", LOOKED_UP, CHAINED),
+    ("light ", "direct", LOOKED_UP, CHAINED_LOOKED_UP),
     ("caustic_volumes", "volume_count", COUNTED, CHAINED),
-    ("caustic_volumes", "", ACCUMULATED, CHAINED),
+    ("caustic_volumes", "", ACCUMULATED, CHAINED_LOOKED_UP),
     ("light_volumes", "beam_count", COUNTED, CHAINED),
-    ("light_volumes", "", ACCUMULATED, CHAINED),
+    ("light_volumes", "", ACCUMULATED, CHAINED_LOOKED_UP),
     ("picture", "", SEARCHED, CHAINED_SEARCHED),
     ("", "", SHADED, CHAINED),
 ];
