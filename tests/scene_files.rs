@@ -501,7 +501,8 @@ fn shipped_scenes_are_valid_and_say_what_they_exercise() {
     let analytic =
         ["cap", "cardioid", "crossed_sines", "flat_water", "glass_ball", "matched", "mirror_ring", "sine_water", "slab", "wedge"];
     let mut wanted: Vec<String> = analytic.iter().map(|name| format!("analytic/{name}.ron")).collect();
-    wanted.extend(["columns.ron", "glass.ron", "pool.ron", "pots.ron"].map(str::to_owned));
+    let others = ["ball", "bath", "columns", "courtyard", "glass", "jetty", "lido", "pool", "pots", "ring"];
+    wanted.extend(others.iter().map(|name| format!("{name}.ron")));
     assert_eq!(names, wanted);
     for path in &shipped {
         let scene = scene::load(path).unwrap_or_else(|error| panic!("{error}"));

@@ -28,6 +28,8 @@ pub trait Technique: Sync {
 
 /// Builds the frames of one scene with one technique.
 pub trait FrameSource: Send {
+    /// Gives it a clock, in seconds, to say with what parts of building a frame take; without one they take none.
+    fn set_clock(&mut self, _clock: fn() -> f64) {}
     /// Builds the frame of a scene that differs from the prepared one at most in time, lights, camera and medium.
     fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError>;
 }
@@ -46,7 +48,7 @@ pub struct TechniqueFrame {
     pub audit: Vec<(String, f64)>,
     /// Counters so far.
     pub counters: Vec<(String, u64)>,
-    /// Seconds that parts of building the frame took: of this run on this machine, and no part of the result.
+    /// Seconds that parts of building the frame took, by the clock given: of this run on this machine, and no part of the result.
     pub seconds: Vec<(&'static str, f64)>,
 }
 
@@ -200,6 +202,11 @@ impl Renderer {
         let technique = technique(&options.technique)?;
         let source = technique.prepare(scene)?;
         Ok(Self { technique, executor, source, layers: options.layers.clone() })
+    }
+
+    /// Gives the technique a clock, in seconds: see [`TechniqueFrame::seconds`].
+    pub fn set_clock(&mut self, clock: fn() -> f64) {
+        self.source.set_clock(clock);
     }
 
     /// Names of the layers that are wanted.

@@ -29,8 +29,6 @@ pub mod shadow;
 pub mod slices;
 pub mod specular;
 
-use std::time::Instant;
-
 use glam::Vec3;
 
 use crate::geom::Aabb;
@@ -79,7 +77,7 @@ impl Technique for LightVolumesTechnique {
             (None, None) => None,
         };
         let boxes = level.map_or_else(Vec::new, |level| boxes::boxes(&receivers, level));
-        Ok(Box::new(Source { receivers, boxes, water, specular, kept: None }))
+        Ok(Box::new(Source { receivers, boxes, water, specular, kept: None, clock: || 0.0 }))
     }
 }
 
@@ -90,6 +88,7 @@ struct Source {
     water: Option<WaterSim>,
     specular: Option<Specular>,
     kept: Option<Kept>,
+    clock: fn() -> f64,
 }
 
 /// What depends on the settings alone.
@@ -123,16 +122,21 @@ struct Seconds {
 }
 
 /// Adds the time that something takes to a sum.
-fn timed<R>(sum: &mut f64, work: impl FnOnce() -> R) -> R {
-    let start = Instant::now();
+fn timed<R>(clock: fn() -> f64, sum: &mut f64, work: impl FnOnce() -> R) -> R {
+    let start = clock();
     let result = work();
-    *sum += start.elapsed().as_secs_f64();
+    *sum += clock() - start;
     result
 }
 
 impl FrameSource for Source {
+    fn set_clock(&mut self, clock: fn() -> f64) {
+        self.clock = clock;
+    }
+
     fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
         let settings = &scene.techniques.light_volumes;
+        let clock = self.clock;
         let view = frame::view(settings);
         check_mesh(scene)?;
         let field = self.water.as_mut().zip(scene.water.as_ref()).map(|(sim, water)| {
@@ -151,25 +155,25 @@ impl FrameSource for Source {
         let mut visible = vec![true; self.boxes.len()];
         if settings.receiver_culling && settings.clamping && settings.culling != BeamCulling::Off {
             let queries = occlusion::Queries { scene, receivers: &self.receivers, boxes: &self.boxes };
-            visible = timed(&mut tally.seconds.queries, || queries.ask(device, &mut stage))?;
+            visible = timed(clock, &mut tally.seconds.queries, || queries.ask(device, &mut stage))?;
             tally.boxes_hidden = visible.iter().filter(|visible| !**visible).count() as u64;
         }
         for number in 0..scene.lights.len() {
             let light = stage.light(scene, &self.receivers, &view, number);
-            let made = timed(&mut tally.seconds.beams, || self.make_beams(scene, field.as_ref(), device, number))?;
+            let made = timed(clock, &mut tally.seconds.beams, || self.make_beams(scene, field.as_ref(), device, number))?;
             let Some(made) = made else { continue };
             let Made { beams, span, .. } = &made;
             let span = *span;
             bottom_y = span.bottom_y;
             let kept = Kept::renew(&mut self.kept, &self.boxes, &self.receivers, scene, &made);
             if settings.culling == BeamCulling::Hierarchical || settings.shadows.culls_leaves() {
-                timed(&mut tally.seconds.culling, || device.install(|| kept.hierarchy.update(beams, span)));
+                timed(clock, &mut tally.seconds.culling, || device.install(|| kept.hierarchy.update(beams, span)));
             }
             let kept = &*kept;
             let shadowed = match &field {
                 Some(field) => {
                     let water = Water { field, hierarchy: &kept.hierarchy, span };
-                    timed(&mut tally.seconds.queries, || ask(scene, &self.receivers, &water, (number, &light), device, &mut stage))?
+                    timed(clock, &mut tally.seconds.queries, || ask(scene, &self.receivers, &water, (number, &light), device, &mut stage))?
                 }
                 // Rays have told which corners are in shadow.
                 None => Shadowed::default(),
@@ -187,7 +191,7 @@ impl FrameSource for Source {
                 BeamCulling::PerBeam => scope.one_by_one(beams, &shadowed.triangles),
                 BeamCulling::Hierarchical => scope.by_hierarchy(beams, &kept.hierarchy, &shadowed.triangles),
             };
-            let (drawn, counts) = timed(&mut tally.seconds.culling, || device.install(cull));
+            let (drawn, counts) = timed(clock, &mut tally.seconds.culling, || device.install(cull));
             let pass = LightPass {
                 scene,
                 number,
@@ -198,7 +202,7 @@ impl FrameSource for Source {
                 eye_inside: stage.camera.water.z > 0.0 || (field.is_none() && scene.camera.position_ws().y < span.top_y),
                 in_water: field.is_some(),
             };
-            timed(&mut tally.seconds.draws, || device.install(|| pass.add(&mut stage, &targets)));
+            timed(clock, &mut tally.seconds.draws, || device.install(|| pass.add(&mut stage, &targets)));
             tally.add(beams, &shadowed, counts, &drawn);
             all_beams.push(made.beams);
         }
