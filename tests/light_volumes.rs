@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use nephroid::caustics::beams::Beam;
 use nephroid::caustics::light_volumes::frame::{REFERENCE, stencil_state};
-use nephroid::caustics::light_volumes::shaders::{BeamSlot, BeamsUniform, count_program};
+use nephroid::caustics::light_volumes::shaders::{BeamSlot, BeamsUniform, beam_program};
 use nephroid::caustics::light_volumes::slices::Slices;
 use nephroid::caustics::{RenderOptions, Rendered, Renderer};
 use nephroid::frame::{BindEntry, CpuExecutor, DepthTarget, Executor, Frame, FrameDraw, FramePass};
@@ -16,7 +16,7 @@ use nephroid::passes::shadow_map::LightUniform;
 use nephroid::pipeline::sampler::Sampler;
 use nephroid::pipeline::state::{CompareFunction, PixelRect, PrimitiveState, TextureFormat, Viewport};
 use nephroid::pipeline::{Buffer, Device, DeviceOptions, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
-use nephroid::scene::{Aim, BeamCulling, BeamShadows, EnergyAt, Gather, Light, LightVolumes, Medium, Scene};
+use nephroid::scene::{Aim, BeamCulling, BeamShadows, EnergyAt, Gather, Light, LightVolumes, Medium, Radiometry, Scene};
 
 #[path = "analytic/truths/mod.rs"]
 #[allow(dead_code, reason = "the tracer's tests use the rest")]
@@ -298,7 +298,7 @@ fn stencil_of(beams: &[Beam], executor: &mut CpuExecutor) -> Vec<Vec<bool>> {
     let pipeline = frame.pipeline(RenderPipelineDescriptor {
         primitive: PrimitiveState { unclipped_depth: true, ..PrimitiveState::default() },
         depth_stencil: Some(stencil_state(TextureFormat::Depth32FloatStencil8, false, true)),
-        ..RenderPipelineDescriptor::new("count", count_program())
+        ..RenderPipelineDescriptor::new("count", beam_program(Radiometry::Physical, Gather::PerBeam, EnergyAt::Receiver))
     });
     let draws = (0..beams.len() as u32).map(|k| {
         let (x, y) = (k % CELLS * CELL_PX, k / CELLS * CELL_PX);

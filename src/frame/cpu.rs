@@ -110,6 +110,7 @@ impl CpuExecutor {
     /// Makes the frame's textures, or takes those of the last frame, and puts into them what they hold before the first pass.
     fn prepare_textures(&mut self, frame: &Frame) -> Result<(), FrameError> {
         self.textures.truncate(frame.textures.len());
+        let cleared = cleared_first(frame);
         for (i, described) in frame.textures.iter().enumerate() {
             let reusable = self.textures.get(i).is_some_and(|t| *t.desc() == described.desc);
             if !reusable {
@@ -120,8 +121,7 @@ impl CpuExecutor {
                     self.textures.push(texture);
                 }
             }
-            let cleared = is_cleared_first(frame, TextureId(i as u32), &described.desc);
-            fill_initial(&mut self.textures[i], described, reusable && !cleared)?;
+            fill_initial(&mut self.textures[i], described, reusable && !cleared[i])?;
         }
         Ok(())
     }
@@ -130,7 +130,7 @@ impl CpuExecutor {
 impl Executor for CpuExecutor {
     fn run(&mut self, frame: &Frame, mut observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError> {
         check_memory(frame, &self.device, self.memory_limit_bytes)?;
-        check_references(frame)?;
+        self.device.install(|| check_references(frame))?;
         let pipelines = pipelines(frame)?;
         self.prepare_textures(frame)?;
         let mut outputs = Vec::with_capacity(frame.passes.len());
@@ -209,31 +209,31 @@ fn fill_initial(texture: &mut Texture, described: &FrameTexture, stale: bool) ->
     Ok(())
 }
 
-/// Whether the first thing that happens to a texture is that a pass clears all of it.
-pub fn is_cleared_first(frame: &Frame, id: TextureId, desc: &crate::pipeline::TextureDescriptor) -> bool {
-    if desc.mip_level_count > 1 || desc.depth_or_layers > 1 {
-        return false;
-    }
+/// By texture: whether the first thing that happens to it is that a pass clears all of it.
+pub fn cleared_first(frame: &Frame) -> Vec<bool> {
+    // By texture: nothing has happened yet, or whether it was cleared.
+    let mut first: Vec<Option<bool>> =
+        frame.textures.iter().map(|t| (t.desc.mip_level_count > 1 || t.desc.depth_or_layers > 1).then_some(false)).collect();
+    let mut happens = |texture: TextureId, clears: bool| {
+        first[texture.index()].get_or_insert(clears);
+    };
     for pass in &frame.passes {
         for target in pass.color.iter().flatten() {
-            if target.view.texture == id {
-                return matches!(target.load, LoadOp::Clear(_));
-            }
+            happens(target.view.texture, matches!(target.load, LoadOp::Clear(_)));
         }
-        if let Some(target) = &pass.depth
-            && target.view.texture == id
-        {
-            let format = crate::pipeline::format_info(desc.format);
+        if let Some(target) = &pass.depth {
+            let format = crate::pipeline::format_info(frame.textures[target.view.texture.index()].desc.format);
             let depth = format.is_none_or(|f| !f.depth) || matches!(target.depth_load, LoadOp::Clear(_));
             let stencil = format.is_none_or(|f| !f.stencil) || matches!(target.stencil_load, LoadOp::Clear(_));
-            return depth && stencil;
+            happens(target.view.texture, depth && stencil);
         }
-        let read = |entry: &BindEntry| *entry == BindEntry::Texture(id);
-        if pass.draws.iter().any(|d| frame.bind_groups[d.bind_group.index()].entries.iter().any(read)) {
-            return false;
+        for entry in pass.bind_groups().iter().flat_map(|group| &frame.bind_groups[group.index()].entries) {
+            if let BindEntry::Texture(texture) = entry {
+                happens(*texture, false);
+            }
         }
     }
-    false
+    first.into_iter().map(|first| first == Some(true)).collect()
 }
 
 /// Every number in the frame points at something.
@@ -267,33 +267,30 @@ pub fn check_references(frame: &Frame) -> Result<(), FrameError> {
                 return fail(&pass.label, format!("texture `{}` is attached twice", texture.desc.label));
             }
         }
-        for (number, draw) in pass.draws.iter().enumerate() {
-            if draw.pipeline.index() >= frame.pipelines.len() || draw.bind_group.index() >= frame.bind_groups.len() {
-                return fail(&pass.label, format!("draw {number} names a pipeline or bind group that the frame does not have"));
-            }
-            let buffers = draw.vertex_buffers.iter().map(|b| b.0).chain(draw.index.iter().map(|i| i.buffer));
-            for buffer in buffers {
-                if buffer.index() >= frame.buffers.len() {
-                    return fail(&pass.label, format!("draw {number} names buffer {}, which the frame does not have", buffer.index()));
-                }
-            }
+        let problems = pass.draws.par_iter().enumerate().with_min_len(DRAWS_PER_TASK);
+        if let Some(what) = problems.find_map_first(|(number, draw)| missing_reference(frame, number, draw)) {
+            return fail(&pass.label, what);
         }
-        let mut checked = std::collections::BTreeSet::new();
-        for draw in &pass.draws {
-            if !checked.insert(draw.bind_group) {
-                continue;
-            }
-            for entry in &frame.bind_groups[draw.bind_group.index()].entries {
-                if let BindEntry::Texture(texture) = entry
-                    && views.iter().any(|v| v.texture == *texture)
-                {
-                    let name = &frame.textures[texture.index()].desc.label;
-                    return fail(&pass.label, format!("texture `{name}` is read and drawn to in the same pass"));
-                }
+        for entry in pass.bind_groups().iter().flat_map(|group| &frame.bind_groups[group.index()].entries) {
+            if let BindEntry::Texture(texture) = entry
+                && views.iter().any(|v| v.texture == *texture)
+            {
+                let name = &frame.textures[texture.index()].desc.label;
+                return fail(&pass.label, format!("texture `{name}` is read and drawn to in the same pass"));
             }
         }
     }
     Ok(())
+}
+
+/// What a draw names that the frame does not have.
+fn missing_reference(frame: &Frame, number: usize, draw: &FrameDraw) -> Option<String> {
+    if draw.pipeline.index() >= frame.pipelines.len() || draw.bind_group.index() >= frame.bind_groups.len() {
+        return Some(format!("draw {number} names a pipeline or bind group that the frame does not have"));
+    }
+    let mut buffers = draw.vertex_buffers.iter().map(|b| b.0).chain(draw.index.iter().map(|i| i.buffer));
+    let missing = buffers.find(|buffer| buffer.index() >= frame.buffers.len())?;
+    Some(format!("draw {number} names buffer {}, which the frame does not have", missing.index()))
 }
 
 /// Runs one pass on textures as they are. [`check_references`] must have passed.

@@ -1,5 +1,6 @@
 //! The description of a frame: plain data that refers to itself by number.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -213,6 +214,12 @@ impl FramePass {
     #[must_use]
     pub fn attachments(&self) -> Vec<View> {
         self.color.iter().flatten().map(|t| t.view).chain(self.depth.iter().map(|t| t.view)).collect()
+    }
+
+    /// The bind groups that the draws use, each once. A pass may have a hundred thousand draws with one bind group.
+    #[must_use]
+    pub fn bind_groups(&self) -> BTreeSet<BindGroupId> {
+        self.draws.chunk_by(|a, b| a.bind_group == b.bind_group).map(|run| run[0].bind_group).collect()
     }
 }
 

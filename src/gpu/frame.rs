@@ -10,7 +10,7 @@ use super::pipeline::{COUNTER_FORMAT, Compiled, Variant};
 use super::pull::{Pulled, must_be_pulled, pull};
 use super::resources::{Resources, attachment_view};
 use super::twin::{PULLED_GROUP, TextureUse, VertexSource};
-use crate::frame::cpu::{check_references, initial_textures, is_cleared_first, target_size};
+use crate::frame::cpu::{check_references, cleared_first, initial_textures, target_size};
 use crate::frame::{BindEntry, Frame, FrameDraw, FrameError, FramePass, PipelineId, TextureId, View};
 use crate::pipeline::sampler::Sampler;
 use crate::pipeline::state::{MAX_COLOR_TARGETS, PixelRect, PrimitiveTopology, Viewport};
@@ -66,10 +66,9 @@ impl<'f> GpuFrame<'f> {
     /// Gives textures what they hold before the first pass. Those that a pass clears before anyone looks are left alone.
     fn fill(&self) -> Result<(), GpuError> {
         let initial = initial_textures(self.frame).map_err(FrameError::from)?;
-        for (number, texture) in initial.iter().enumerate() {
-            let id = TextureId(number as u32);
-            if !is_cleared_first(self.frame, id, texture.desc()) {
-                self.upload(id, texture)?;
+        for (number, (texture, cleared)) in initial.iter().zip(cleared_first(self.frame)).enumerate() {
+            if !cleared {
+                self.upload(TextureId(number as u32), texture)?;
             }
         }
         Ok(())

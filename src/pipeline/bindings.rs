@@ -108,6 +108,11 @@ impl<'a> Bindings<'a> {
         Self { entries, dynamic_offset }
     }
 
+    /// Whether both are the same entries with the same dynamic offset.
+    pub(super) fn are_same(a: &Self, b: &Self) -> bool {
+        std::ptr::eq(a.entries, b.entries) && a.dynamic_offset == b.dynamic_offset
+    }
+
     /// The struct at the start of a uniform binding.
     #[inline(always)]
     #[must_use]

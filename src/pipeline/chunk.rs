@@ -12,7 +12,9 @@ use super::emit::Emitter;
 use super::fetch::fetch_attributes;
 use super::observer::Observer;
 use super::pass::Draw;
+use super::plan::Part;
 use super::render_pipeline::{PrimitiveClass, RenderPipeline};
+use super::repeat::most_demanding;
 use super::shader::{Execution, GeometryInput, GeometryOutput, PrimitiveAttributes, StageVertex, VertexBatch};
 use super::small::Ids;
 use super::state::{GeometryTopology, PixelRect};
@@ -20,19 +22,12 @@ use super::statistics::PipelineStatistics;
 use super::vertices::{ClipVertices, WindowVertices};
 use super::viewport::ViewTransform;
 
-/// A run of primitives of one instance of one draw.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Part {
-    pub draw: u32,
-    pub instance: u32,
-    pub first: u32,
-    pub count: u32,
-}
-
 /// What the geometry phase needs to know of the pass.
 pub(super) struct ChunkContext<'a> {
     pub draws: &'a [Draw<'a>],
     pub assemblies: &'a [Assembly],
+    /// By draw: how many of those that follow repeat it.
+    pub repetitions: &'a [u32],
     pub execution: Execution,
     pub target: PixelRect,
     pub tiles_x: usize,
@@ -87,8 +82,6 @@ struct Scratch {
     cache: Vec<CacheEntry>,
     /// Number of the part that cache entries must have been made for.
     cache_part: u32,
-    /// The part of this chunk that the list of vertices and primitives was made for.
-    gathered: Option<Part>,
 }
 
 #[derive(Clone, Copy, Default)]
@@ -110,7 +103,6 @@ pub(super) fn process_chunk(context: &ChunkContext<'_>, parts: &[Part], out: &mu
     out.statistics = PipelineStatistics::default();
     out.sequence = 0;
     let mut scratch = std::mem::take(&mut out.scratch);
-    scratch.gathered = None;
     wide_dispatch!(
         context.execution.level,
         simd => process_parts(simd, context, parts, out, &mut scratch, &mut observer),
@@ -143,29 +135,42 @@ fn process_part<S: Simd>(
     observer: &mut Option<&mut dyn Observer>,
 ) {
     let draw = &context.draws[part.draw as usize];
-    let pipeline = draw.pipeline;
+    let repetitions = context.repetitions[part.draw as usize];
+    let pipeline = most_demanding(&context.draws[part.draw as usize..][..1 + repetitions as usize]);
     let assembly = &context.assemblies[part.draw as usize];
-    // Draws come in pairs that differ in state alone, as for stencil volumes.
-    if !scratch.gathered.is_some_and(|earlier| same_vertices((&context.draws[earlier.draw as usize], &earlier), (draw, part))) {
-        gather_vertices(draw, assembly, part, scratch);
-        scratch.gathered = Some(*part);
-    }
+    let earlier = std::mem::take(&mut out.statistics);
+    gather_vertices(draw, assembly, part, scratch);
     shade_vertices(context, draw, part, scratch, &mut out.statistics);
     if let Some(observer) = observer.as_deref_mut() {
         let s = &*scratch;
         observer.vertices(part.draw, part.instance, &s.vertex_index, &s.clip.positions_from(0), &s.varyings, pipeline.vertex_scalars);
     }
-    let has_ids = pipeline.desc.program.geometry.is_some();
-    if has_ids {
+    if pipeline.desc.program.geometry.is_some() {
         run_geometry_stage(draw, part, scratch, &mut out.statistics, observer);
-        scratch.gathered = None;
     }
     if draw.stream_out.is_some() {
         stream_out(pipeline, part.draw, scratch, out);
     }
-    if pipeline.desc.rasterizer_discard {
-        return;
+    if !pipeline.desc.rasterizer_discard {
+        rasterize(simd, context, part, pipeline, out, scratch, observer);
     }
+    // Repetitions count as if they had run.
+    let own = std::mem::replace(&mut out.statistics, earlier);
+    (0..=repetitions).for_each(|_| out.statistics.add(&own));
+}
+
+/// From shaded vertices to records.
+#[inline(always)]
+fn rasterize<S: Simd>(
+    simd: S,
+    context: &ChunkContext<'_>,
+    part: &Part,
+    pipeline: &RenderPipeline,
+    out: &mut ChunkOutput,
+    scratch: &mut Scratch,
+    observer: &mut Option<&mut dyn Observer>,
+) {
+    let draw = &context.draws[part.draw as usize];
     let view = ViewTransform::new(&draw.viewport, pipeline.rules, pipeline.desc.primitive.unclipped_depth);
     scratch.window.transform(simd, &view, &scratch.clip);
     let varying_base = out.varyings.len() as u32;
@@ -184,26 +189,13 @@ fn process_part<S: Simd>(
         out,
         observer: observer.as_deref_mut().map(|o| o as &mut dyn Observer),
     };
+    let has_ids = pipeline.desc.program.geometry.is_some();
     let ids = if has_ids { Ids::Listed(&scratch.emitted_from) } else { Ids::From(part.first) };
     match pipeline.rasterized {
         PrimitiveClass::Triangles => emitter.triangles(simd, &scratch.primitives, ids),
         PrimitiveClass::Lines => scratch.primitives.iter().enumerate().for_each(|(i, p)| emitter.line([p[0], p[1]], ids.get(i))),
         PrimitiveClass::Points => emitter.points(simd, &scratch.primitives, ids),
     }
-}
-
-/// Whether [`gather_vertices`] would list the same for both.
-fn same_vertices((a, part_a): (&Draw<'_>, &Part), (b, part_b): (&Draw<'_>, &Part)) -> bool {
-    let index = match (&a.index, &b.index) {
-        (Some(a), Some(b)) => std::ptr::eq(a.buffer, b.buffer) && a.format == b.format && a.offset == b.offset,
-        (None, None) => true,
-        _ => false,
-    };
-    index
-        && a.elements == b.elements
-        && a.base_vertex == b.base_vertex
-        && a.pipeline.desc.primitive.topology == b.pipeline.desc.primitive.topology
-        && (part_a.first, part_a.count) == (part_b.first, part_b.count)
 }
 
 /// Lists the vertices that the part's primitives use, each once, and the primitives in terms of that list.

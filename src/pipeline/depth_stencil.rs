@@ -1,6 +1,6 @@
 //! Depth and stencil tests and the stencil operations, for one fragment and for a 4x4 block.
 
-use fearless_simd::{Simd, SimdBase, SimdMask, mask8x16, u8x16};
+use fearless_simd::{Simd, SimdBase, SimdInt, SimdMask, mask8x16, u8x16, u8x64};
 
 use crate::math::lanes::Lanes;
 
@@ -67,17 +67,18 @@ pub(super) fn stencil_operation16<S: Simd>(simd: S, operation: StencilOperation,
     }
 }
 
+/// [`compare`] of bytes, lane by lane.
 #[inline(always)]
-fn compare_u8<S: Simd>(simd: S, function: CompareFunction, a: u8x16<S>, b: u8x16<S>) -> mask8x16<S> {
+fn compare_bytes<S: Simd, V: SimdInt<S, Element = u8>>(simd: S, function: CompareFunction, a: V, b: V) -> V::Mask {
     match function {
-        CompareFunction::Never => mask8x16::splat(simd, false),
+        CompareFunction::Never => a.simd_lt(a),
         CompareFunction::Less => a.simd_lt(b),
         CompareFunction::Equal => a.simd_eq(b),
         CompareFunction::LessEqual => a.simd_le(b),
         CompareFunction::Greater => a.simd_gt(b),
         CompareFunction::NotEqual => !a.simd_eq(b),
         CompareFunction::GreaterEqual => a.simd_ge(b),
-        CompareFunction::Always => mask8x16::splat(simd, true),
+        CompareFunction::Always => V::Mask::splat(simd, true),
     }
 }
 
@@ -99,7 +100,23 @@ impl StencilFace {
         }
         let stored = u8x16::from_slice(simd, &stencil[..16]) & u8x16::splat(simd, self.read_mask);
         let reference = u8x16::splat(simd, self.reference & self.read_mask);
-        mask & compare_u8(simd, self.state.compare, reference, stored).to_bitmask() as u32
+        mask & compare_bytes(simd, self.state.compare, reference, stored).to_bitmask() as u32
+    }
+
+    /// Which of a region's sixteen blocks have a pixel that passes, bit = block. `stencil` starts with the region.
+    #[inline(always)]
+    pub fn passing_blocks<S: Simd>(&self, simd: S, stencil: &[u8]) -> u32 {
+        let reference = u8x64::splat(simd, self.reference & self.read_mask);
+        let read_mask = u8x64::splat(simd, self.read_mask);
+        let mut blocks = 0;
+        for (four, bytes) in stencil[..256].chunks_exact(64).enumerate() {
+            let stored = u8x64::from_slice(simd, bytes) & read_mask;
+            let passing = compare_bytes(simd, self.state.compare, reference, stored).to_bitmask();
+            for block in 0..4 {
+                blocks |= u32::from(passing >> (16 * block) & 0xffff != 0) << (4 * four + block);
+            }
+        }
+        blocks
     }
 
     /// Applies an operation to the pixels in `mask`.

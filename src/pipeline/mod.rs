@@ -2,8 +2,9 @@
 //!
 //! Stages in order: index fetch and primitive assembly (`assemble`), vertex (`fetch`, `shader`, `batch`), geometry, stream-out (`chunk`), clip
 //! (`clip`), viewport and snap (`viewport`, `vertices`), cull and setup (`emit`, `outline`, `small`, `setup`), bin (`bins`); then per tile: raster (`raster`), depth
-//! and stencil (`coarse_depth`, `block_depth`, `depth_stencil`), fragment (`shader`, `batch`), blend (`blend`). `pass`, `chunk` and `tile` are the only
-//! files that know the order.
+//! and stencil (`coarse_depth`, `coarse_stencil`, `block_depth`, `depth_stencil`), fragment (`shader`, `batch`), blend (`blend`). `pass`, `chunk` and `tile` are the only
+//! files that know the order; `plan` cuts draws into chunks,
+//! and `repeat` finds draws that need the first half of it once.
 //!
 //! What is not here: multisampling, line and point polygon modes, conservative rasterization, storage writes from shaders.
 
@@ -16,6 +17,7 @@ mod block_depth;
 mod chunk;
 mod clip;
 mod coarse_depth;
+mod coarse_stencil;
 mod depth_bias;
 mod depth_stencil;
 mod emit;
@@ -26,12 +28,15 @@ mod observer;
 mod outline;
 mod pass;
 mod pass_check;
+mod plan;
 mod raster;
 mod render_pipeline;
+mod repeat;
 pub mod sampler;
 mod setup;
 pub mod shader;
 mod small;
+mod spare;
 pub mod state;
 mod statistics;
 mod texture;

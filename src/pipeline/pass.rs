@@ -5,7 +5,6 @@
 //! cut depends on the draws alone, never on threads, and a tile sees primitives in submission order either way, so the bytes are the same.
 
 use std::ops::Range;
-use std::sync::Mutex;
 
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -13,26 +12,28 @@ pub use wgpu_types::LoadOp;
 
 use super::assemble::{Assembly, IndexBuffer};
 use super::bindings::Bindings;
-use super::chunk::{ChunkContext, ChunkOutput, Part, Streamed, process_chunk};
+use super::chunk::{ChunkContext, ChunkOutput, Streamed, process_chunk};
 use super::fetch::VertexBuffer;
 use super::format::{ChannelKind, Quantizer, format_info, quantize_depth};
 use super::observer::{Observer, reborrow};
 pub use super::pass_check::PassError;
+use super::plan::{assembly_of, geometry_weight, plan};
 use super::render_pipeline::RenderPipeline;
+use super::repeat::repetitions;
 use super::shader::{Execution, ShaderWidth};
+use super::spare::Spare;
 use super::state::{Color, MAX_COLOR_TARGETS, PixelRect, RasterRules, TextureFormat, Viewport};
 use super::statistics::{PipelineStatistics, StreamOutStatistics};
 use super::texture::{Surface, TILE, TILE_PIXELS};
 use super::tile::{DrawState, TileContext, TileCounters, TileScratch, TileTargets, run_tile};
 
-/// Fewest and most output primitives of a chunk. Between them a pass has about [`CHUNKS`].
-const CHUNK_PRIMITIVES: Range<u64> = 512..4_096;
-const CHUNKS: u64 = 48;
 /// Per thread: chunks that are run between two looks at the bins' size.
 const CHUNK_GROUP: usize = 4;
 /// Per thread: bytes of bins after which the tiles run, whatever the budget. Bins that leave the cache before they are read make
 /// small primitives twice as dear.
 const WAVE_BYTES: usize = 4 << 20;
+/// Draws that one task looks at, where there are many.
+pub(super) const DRAWS_PER_TASK: usize = 4096;
 
 /// Where passes run: threads, SIMD level, memory. Results do not depend on any of them.
 pub struct Device {
@@ -40,7 +41,8 @@ pub struct Device {
     execution: Execution,
     bin_budget_bytes: usize,
     /// Buffers of earlier passes.
-    spare: Mutex<Vec<ChunkOutput>>,
+    chunks: Spare<ChunkOutput>,
+    tiles: Spare<TileScratch>,
 }
 
 /// How to make a [`Device`].
@@ -85,7 +87,8 @@ impl Device {
             pool,
             execution: Execution { level, width: options.width },
             bin_budget_bytes: options.bin_budget_bytes,
-            spare: Mutex::default(),
+            chunks: Spare::default(),
+            tiles: Spare::default(),
         })
     }
 
@@ -110,17 +113,6 @@ impl Device {
     /// Runs other data-parallel work on the device's threads.
     pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         self.pool.install(work)
-    }
-
-    fn take_buffer(&self) -> ChunkOutput {
-        // A poisoned lock only means that another thread panicked; the buffers are fine.
-        self.spare.lock().unwrap_or_else(std::sync::PoisonError::into_inner).pop().unwrap_or_default()
-    }
-
-    fn give_back(&self, mut buffers: Vec<ChunkOutput>) {
-        let mut spare = self.spare.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        buffers.reverse();
-        spare.append(&mut buffers);
     }
 }
 
@@ -242,8 +234,10 @@ pub struct PassOutput {
 
 /// Runs a pass. Nothing is drawn if it is not valid.
 pub fn run_pass(device: &Device, pass: &mut Pass<'_>, observer: Option<&mut dyn Observer>) -> Result<PassOutput, PassError> {
-    let size = pass.validate()?;
-    Ok(device.pool.install(|| PassRun::new(device, pass, size).run(observer)))
+    device.pool.install(|| {
+        let size = pass.validate()?;
+        Ok(PassRun::new(device, pass, size).run(observer))
+    })
 }
 
 /// A pass in progress.
@@ -267,15 +261,22 @@ impl<'p, 'a> PassRun<'p, 'a> {
     }
 
     fn run(mut self, mut observer: Option<&mut dyn Observer>) -> PassOutput {
-        let assemblies: Vec<Assembly> = self.pass.draws.iter().map(assembly_of).collect();
-        let states: Vec<DrawState<'_>> = self.pass.draws.iter().map(DrawState::of).collect();
-        let (parts, chunks) = plan(&self.pass.draws, &assemblies);
+        let draws = || self.pass.draws.par_iter().with_min_len(DRAWS_PER_TASK);
+        let assemblies: Vec<Assembly> = draws().map(assembly_of).collect();
+        // An observer sees each draw go through all stages.
+        let repetitions = match &observer {
+            None => repetitions(&self.pass.draws, |draw| u64::from(assemblies[draw].count()) * geometry_weight(&self.pass.draws[draw])),
+            Some(_) => vec![0; self.pass.draws.len()],
+        };
+        let states: Vec<DrawState<'_>> = draws().zip(&repetitions).map(|(draw, &count)| DrawState::of(draw, count)).collect();
+        let (parts, chunks) = plan(&self.pass.draws, &assemblies, &repetitions);
         let mut wave: Vec<ChunkOutput> = Vec::new();
         let mut wave_bytes = 0;
         for group in chunks.chunks(CHUNK_GROUP * self.device.threads()) {
             let context = ChunkContext {
                 draws: &self.pass.draws,
                 assemblies: &assemblies,
+                repetitions: &repetitions,
                 execution: self.device.execution,
                 target: self.target,
                 tiles_x: self.tiles.0,
@@ -286,13 +287,13 @@ impl<'p, 'a> PassRun<'p, 'a> {
                 None => {
                     let device = self.device;
                     wave.par_extend(group.par_iter().map(|range| {
-                        let mut chunk = device.take_buffer();
+                        let mut chunk = device.chunks.take();
                         process_chunk(&context, &parts[range.clone()], &mut chunk, None);
                         chunk
                     }));
                 }
                 Some(observer) => wave.extend(group.iter().map(|range| {
-                    let mut chunk = self.device.take_buffer();
+                    let mut chunk = self.device.chunks.take();
                     process_chunk(&context, &parts[range.clone()], &mut chunk, Some(&mut *observer));
                     chunk
                 })),
@@ -306,14 +307,14 @@ impl<'p, 'a> PassRun<'p, 'a> {
             }
             if wave_bytes >= self.device.wave_bytes() {
                 self.flush(&states, &wave, reborrow(&mut observer));
-                self.device.give_back(std::mem::take(&mut wave));
+                self.device.chunks.give_back(wave.drain(..));
                 wave_bytes = 0;
             }
         }
         if !wave.is_empty() || self.output.waves == 0 {
             self.flush(&states, &wave, reborrow(&mut observer));
         }
-        self.device.give_back(wave);
+        self.device.chunks.give_back(wave);
         self.output
     }
 
@@ -338,7 +339,14 @@ impl<'p, 'a> PassRun<'p, 'a> {
             None => tiles
                 .into_par_iter()
                 .enumerate()
-                .map_init(TileScratch::default, |scratch, (tile, targets)| run(tile, targets, scratch, None))
+                // Tiles differ so much that half of a thread's share must not be one task.
+                .with_max_len(1)
+                .map(|(tile, targets)| {
+                    let mut scratch = self.device.tiles.take();
+                    let counters = run(tile, targets, &mut scratch, None);
+                    self.device.tiles.give_back([scratch]);
+                    counters
+                })
                 .collect(),
             Some(observer) => {
                 let mut scratch = TileScratch::default();
@@ -353,50 +361,6 @@ impl<'p, 'a> PassRun<'p, 'a> {
             }
         }
     }
-}
-
-fn assembly_of(draw: &Draw<'_>) -> Assembly {
-    let elements = draw.elements.end - draw.elements.start;
-    Assembly::new(draw.pipeline.desc.primitive.topology, draw.index.as_ref(), draw.elements.start, elements)
-}
-
-/// Cuts the draws into chunks of about equal work: a list of parts, and each chunk's range of it.
-fn plan(draws: &[Draw<'_>], assemblies: &[Assembly]) -> (Vec<Part>, Vec<Range<usize>>) {
-    // A geometry shader makes up to this many primitives of one.
-    let weight = |draw: &Draw<'_>| draw.pipeline.desc.program.geometry.as_ref().map_or(1, |g| g.max_vertices.max(1) as u64);
-    let work = |draw: &Draw<'_>, assembly: &Assembly| {
-        u64::from(assembly.count()) * u64::from(draw.instances.end - draw.instances.start) * weight(draw)
-    };
-    let total: u64 = draws.iter().zip(assemblies).map(|(d, a)| work(d, a)).sum();
-    let capacity = (total / CHUNKS).clamp(CHUNK_PRIMITIVES.start, CHUNK_PRIMITIVES.end);
-    let mut parts = Vec::new();
-    let mut chunks = Vec::new();
-    let mut chunk_start = 0;
-    let mut room = capacity;
-    for (number, (draw, assembly)) in draws.iter().zip(assemblies).enumerate() {
-        let weight = weight(draw);
-        if assembly.count() == 0 {
-            continue;
-        }
-        for instance in draw.instances.clone() {
-            let mut first = 0;
-            while first < assembly.count() {
-                let fits = (room / weight).max(1).min(u64::from(assembly.count() - first)) as u32;
-                parts.push(Part { draw: number as u32, instance, first, count: fits });
-                first += fits;
-                room = room.saturating_sub(u64::from(fits) * weight);
-                if room < weight {
-                    chunks.push(chunk_start..parts.len());
-                    chunk_start = parts.len();
-                    room = capacity;
-                }
-            }
-        }
-    }
-    if chunk_start < parts.len() {
-        chunks.push(chunk_start..parts.len());
-    }
-    (parts, chunks)
 }
 
 /// Appends a chunk's streamed primitives, whole ones only, until a target is full.

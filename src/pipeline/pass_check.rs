@@ -1,7 +1,9 @@
 //! Whether a pass can run: everything a draw relies on is checked before the first one.
 
+use rayon::prelude::*;
+
 use super::format::format_info;
-use super::pass::{Draw, Pass};
+use super::pass::{DRAWS_PER_TASK, Draw, Pass};
 use super::state::{MAX_COLOR_TARGETS, VertexStepMode};
 
 /// What is wrong with a pass.
@@ -64,13 +66,12 @@ impl Pass<'_> {
     }
 
     fn validate_draws(&self, size: (u32, u32)) -> Result<(), PassError> {
-        for (number, draw) in self.draws.iter().enumerate() {
-            if let Some(what) = self.draw_problem(draw, size) {
-                let pipeline = draw.pipeline.desc.label.clone();
-                return Err(PassError::Draw { pass: self.label.clone(), draw: number, pipeline, what });
-            }
-        }
-        Ok(())
+        let draws = self.draws.par_iter().enumerate().with_min_len(DRAWS_PER_TASK);
+        let problem = draws.find_map_first(|(draw, of)| self.draw_problem(of, size).map(|what| (draw, what)));
+        problem.map_or(Ok(()), |(draw, what)| {
+            let pipeline = self.draws[draw].pipeline.desc.label.clone();
+            Err(PassError::Draw { pass: self.label.clone(), draw, pipeline, what })
+        })
     }
 
     fn draw_problem(&self, draw: &Draw<'_>, size: (u32, u32)) -> Option<String> {

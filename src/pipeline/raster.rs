@@ -254,7 +254,7 @@ pub(super) fn next_square(squares: &mut u32, size: i32, x: i32, y: i32) -> Optio
 
 /// The squares of sixteen in columns x0..=x1 and rows y0..=y1, as far as they exist, bit = 4·row + column.
 #[inline(always)]
-fn square_range(x0: i32, x1: i32, y0: i32, y1: i32) -> u32 {
+pub(super) fn square_range(x0: i32, x1: i32, y0: i32, y1: i32) -> u32 {
     // Columns below the end less those below the start; without a branch, an end before the start gives none.
     let below = |end: i32| (1u32 << end.clamp(0, 4)) - 1;
     let rows_below = |end: i32| (1u32 << (4 * end.clamp(0, 4))) - 1;

@@ -13,6 +13,7 @@ use super::bins::{Record, flag};
 use super::block_depth::{BlockDepth, clamp_depth, quantized};
 use super::chunk::ChunkOutput;
 use super::coarse_depth::CoarseDepth;
+use super::coarse_stencil::CoarseStencil;
 use super::depth_stencil::{StencilFace, compare_lanes};
 use super::fast_path::FastPath;
 use super::format::{ChannelKind, depth_value, quantize_depth_by};
@@ -61,12 +62,14 @@ pub(super) struct DrawState<'a> {
     /// The pipeline's, unless a query must count.
     path: FastPath,
     stencil_reference: u8,
+    /// How many of the draws that follow have the same records.
+    repetitions: u32,
 }
 
 impl<'a> DrawState<'a> {
-    pub fn of(draw: &Draw<'a>) -> Self {
+    pub fn of(draw: &Draw<'a>, repetitions: u32) -> Self {
         let path = if draw.query.is_none() { draw.pipeline.fast_path } else { FastPath::General };
-        Self { pipeline: draw.pipeline, path, stencil_reference: draw.stencil_reference as u8 }
+        Self { pipeline: draw.pipeline, path, stencil_reference: draw.stencil_reference as u8, repetitions }
     }
 
     /// The stencil state for one facing.
@@ -82,6 +85,8 @@ impl<'a> DrawState<'a> {
 pub(super) struct TileScratch {
     queue: Queue,
     coarse: CoarseDepth,
+    /// Records of the draw at work, if it is repeated.
+    repeated: Vec<Record>,
 }
 
 /// Blocks that passed the early tests and await shading.
@@ -144,7 +149,7 @@ fn tile_chunks<'a, S: Simd>(
     observer: Option<&'a mut dyn Observer>,
 ) {
     let tile_coordinates = [origin[0] >> 6, origin[1] >> 6];
-    let TileScratch { queue, coarse } = scratch;
+    let TileScratch { queue, coarse, repeated } = scratch;
     let touched = chunks.iter().any(|chunk| !chunk.bins.is_untouched(tile));
     let coarse = match &targets.depth {
         Some(plane) if touched && context.depth_stays => {
@@ -159,6 +164,7 @@ fn tile_chunks<'a, S: Simd>(
         targets,
         coarse,
         scratch: queue,
+        repeated,
         counters,
         observer,
         chunk: None,
@@ -189,7 +195,7 @@ fn tile_chunks<'a, S: Simd>(
         for w in wide {
             worker.records(simd, std::slice::from_ref(&w));
         }
-        worker.flush(simd);
+        worker.end_draw(simd);
     }
 }
 
@@ -202,6 +208,7 @@ pub(super) struct TileWorker<'a, 'b> {
     /// The tile's depth, where it stays as it is.
     coarse: Option<&'a CoarseDepth>,
     scratch: &'a mut Queue,
+    repeated: &'a mut Vec<Record>,
     pub counters: &'a mut TileCounters,
     observer: Option<&'a mut dyn Observer>,
     chunk: Option<&'a ChunkOutput>,
@@ -219,16 +226,42 @@ impl<'a> TileWorker<'a, '_> {
         for run in records.chunk_by(|a, b| a.draw == b.draw) {
             let number = run[0].draw;
             if number != self.draw {
-                self.flush(simd);
+                self.end_draw(simd);
                 self.draw = number;
             }
-            let (draw, state) = (&self.context.draws[number as usize], &self.context.states[number as usize]);
-            let path = if self.observer.is_none() { state.path } else { FastPath::General };
-            let source = self.source();
-            let coarse = self.coarse.filter(|_| state.pipeline.rejects_by_depth && self.observer.is_none());
-            if !super::fast_path::run(simd, path, run, (draw, state), source, coarse, self.origin, self.targets, self.counters) {
-                self.general(simd, run, coarse);
+            if self.context.states[number as usize].repetitions > 0 {
+                self.repeated.extend_from_slice(run);
             }
+            self.run(simd, run);
+        }
+    }
+
+    /// Finishes the draw at work and those that repeat it.
+    #[inline(always)]
+    fn end_draw<S: Simd>(&mut self, simd: S) {
+        self.flush(simd);
+        if self.repeated.is_empty() {
+            return;
+        }
+        let records = std::mem::take(self.repeated);
+        for _ in 0..self.context.states[self.draw as usize].repetitions {
+            self.draw += 1;
+            self.run(simd, &records);
+            self.flush(simd);
+        }
+        *self.repeated = records;
+        self.repeated.clear();
+    }
+
+    /// Draws records as the draw at work does.
+    #[inline(always)]
+    fn run<S: Simd>(&mut self, simd: S, records: &[Record]) {
+        let (draw, state) = (&self.context.draws[self.draw as usize], &self.context.states[self.draw as usize]);
+        let path = if self.observer.is_none() { state.path } else { FastPath::General };
+        let source = self.source();
+        let coarse = self.coarse.filter(|_| state.pipeline.rejects_by_depth && self.observer.is_none());
+        if !super::fast_path::run(simd, path, records, (draw, state), source, coarse, self.origin, self.targets, self.counters) {
+            self.general(simd, records, coarse);
         }
     }
 
@@ -250,42 +283,29 @@ impl<'a> TileWorker<'a, '_> {
     fn general<S: Simd>(&mut self, simd: S, records: &[Record], coarse: Option<&'a CoarseDepth>) {
         let draw = &self.context.draws[self.draw as usize];
         let early_depth_only = draw.pipeline.rejects_by_depth && !draw.pipeline.depth.stencil && self.observer.is_none();
+        if early_depth_only {
+            for record in records {
+                let depth = BlockDepth::new(simd, record, self.origin, draw, draw.pipeline, coarse);
+                walk(simd, record, &mut QueueSink { draw, depth, worker: self });
+            }
+            return;
+        }
         let plan = &draw.pipeline.depth;
         let rejects = plan.stencil_rejects() && !draw.pipeline.fragment.late_tests && self.observer.is_none();
+        let state = &self.context.states[self.draw as usize];
+        let faces = [plan.stencil_front, plan.stencil_back].map(|face| state.stencil_face(face));
+        let passing = match self.targets.stencil.as_deref().filter(|_| rejects) {
+            Some(stencil) => CoarseStencil::read(simd, stencil, &faces, records),
+            None => CoarseStencil::ALL,
+        };
         for record in records {
-            let face = if record.flags & flag::BACK != 0 { plan.stencil_back } else { plan.stencil_front };
-            let stencil = rejects.then(|| self.context.states[self.draw as usize].stencil_face(face));
-            if let Some(face) = &stencil
-                && !self.any_stencil_passes(simd, face, record)
-            {
+            if !passing.meets(record) {
                 continue;
             }
+            let stencil = rejects.then(|| faces[usize::from(record.flags & flag::BACK != 0)]);
             let depth = BlockDepth::new(simd, record, self.origin, draw, draw.pipeline, coarse);
-            if early_depth_only {
-                walk(simd, record, &mut QueueSink { draw, depth, worker: self });
-            } else {
-                walk(simd, record, &mut GeneralSink { draw, depth, stencil, worker: self });
-            }
+            walk(simd, record, &mut GeneralSink { draw, depth, stencil, passing: &passing, worker: self });
         }
-    }
-
-    /// Whether the stencil test can pass anywhere in a record's bounds; large ones are left to their blocks.
-    #[inline(always)]
-    fn any_stencil_passes<S: Simd>(&self, simd: S, face: &StencilFace, record: &Record) -> bool {
-        const MOST_BLOCKS: i32 = 16;
-        let Some(stencil) = self.targets.stencil.as_deref() else { return true };
-        let [x0, y0, x1, y1] = record.bounds.map(|pixel| i32::from(pixel) >> 2);
-        if (x1 - x0 + 1) * (y1 - y0 + 1) > MOST_BLOCKS {
-            return true;
-        }
-        for by in y0..=y1 {
-            for bx in x0..=x1 {
-                if face.test(simd, &stencil[offset_in_tile((bx << 2) as usize, (by << 2) as usize)..], 0xffff) != 0 {
-                    return true;
-                }
-            }
-        }
-        false
     }
 
     /// Queues a block, whose depth before the clamp is `z`.
@@ -557,12 +577,27 @@ struct GeneralSink<'w, 'a, 'b, S: Simd> {
     depth: BlockDepth<'a, S>,
     /// A stencil test that may be made before anything else.
     stencil: Option<StencilFace>,
+    /// Where it can pass.
+    passing: &'w CoarseStencil,
 }
 
 impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
     #[inline(always)]
     fn depth(&self) -> Option<&BlockDepth<'_, S>> {
         Some(&self.depth)
+    }
+
+    #[inline(always)]
+    fn visible_blocks(&self, simd: S, rx: i32, ry: i32) -> u32 {
+        match self.passing.blocks(rx, ry) {
+            0 => 0,
+            passing => passing & self.depth.visible_blocks(simd, rx, ry),
+        }
+    }
+
+    #[inline(always)]
+    fn visible_regions(&self, simd: S) -> u32 {
+        self.passing.regions() & self.depth.visible_regions(simd)
     }
 
     #[inline(always)]

@@ -15,6 +15,7 @@ mod meshes;
 mod order;
 mod presets;
 mod reference;
+mod repetition;
 mod robust;
 mod sprites;
 mod stages;

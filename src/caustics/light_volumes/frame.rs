@@ -136,13 +136,13 @@ impl LightPass<'_> {
         let (states, color) = self.attachments(targets);
         let masked = states.iter().map(|state| state.clone().map(|state| ColorTargetState { write_mask: ColorWrites::empty(), ..state }));
         let primitive = PrimitiveState { unclipped_depth: true, ..PrimitiveState::default() };
+        let program = shaders::beam_program(settings.radiometry, settings.gather, settings.energy);
         let count = stage.frame.pipeline(RenderPipelineDescriptor {
             primitive,
             depth_stencil: Some(stencil_state(stage.depth_format, self.eye_inside, true)),
             targets: masked.collect(),
-            ..RenderPipelineDescriptor::new("light_volume_count", shaders::count_program())
+            ..RenderPipelineDescriptor::new("light_volume_count", program.clone())
         });
-        let program = shaders::energy_program(settings.radiometry, settings.gather, settings.energy);
         let energy = stage.frame.pipeline(RenderPipelineDescriptor {
             primitive,
             depth_stencil: Some(stencil_state(stage.depth_format, self.eye_inside, false)),

@@ -1,7 +1,7 @@
 //! The programs: beams swept through the slicing planes, counted in the stencil, then drawn with the light they carry [BO §3.2].
 //!
-//! A vertex program makes the corners of every beam from one array of dummy vertices; the beam is in its uniforms. The program that counts and the
-//! one that draws place vertices alike, to the last bit.
+//! A vertex program makes the corners of every beam from one array of dummy vertices; the beam is in its uniforms. Counting and drawing run the
+//! same program, so that their vertices are the same to the last bit on any driver; where beams are counted its colours are masked.
 
 use std::sync::Arc;
 
@@ -86,22 +86,12 @@ pub const RELIGHT_BINDINGS: [BindingKind; 6] = [
 /// Smallest cross-section that light is spread over, as a share of the generator: keeps a focus finite [decision E4].
 const SMALLEST_SECTION: f32 = 1.0e-7;
 
-/// The program that counts beams in the stencil.
-#[must_use]
-pub fn count_program() -> Arc<Program> {
-    Arc::new(Program {
-        bindings: BINDINGS.to_vec(),
-        wgsl: Some(concat!(include_str!("../../passes/camera.wgsl"), include_str!("beam.wgsl"), include_str!("count.wgsl"))),
-        ..Program::new("light_volume_count", CountVertex, Nothing)
-    })
-}
-
-/// The program that draws beams.
+/// The program that counts and draws beams.
 ///
 /// Targets: irradiance, or the sum of intensities, or that of vectors by red, green and blue light (three targets); then the sum of irradiance
 /// times direction, and the number of beams.
 #[must_use]
-pub fn energy_program(radiometry: Radiometry, gather: Gather, energy: EnergyAt) -> Arc<Program> {
+pub fn beam_program(radiometry: Radiometry, gather: Gather, energy: EnergyAt) -> Arc<Program> {
     let varying = |name, interpolation| Varying { name, components: 3, interpolation };
     let paper = radiometry == Radiometry::Paper;
     let flag = |on| f64::from(u8::from(on));
@@ -193,24 +183,6 @@ fn lit(bindings: &Bindings<'_>) -> [f32; 3] {
         }
     }
     lit
-}
-
-struct CountVertex;
-
-impl VertexShader for CountVertex {
-    #[inline(always)]
-    fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
-        let camera: &CameraUniform = bindings.uniform(0);
-        output.position = camera.project(corner(bindings, input).position);
-    }
-}
-
-/// Counting writes no colour; but its pass has colour targets, and where there are targets there is a fragment stage.
-struct Nothing;
-
-impl FragmentShader for Nothing {
-    #[inline(always)]
-    fn fragment<L: Lanes>(&self, _bindings: &Bindings<'_>, _input: &FragmentInput<'_, L>, _output: &mut FragmentOutput<L>) {}
 }
 
 struct FaceVertex;
