@@ -15,7 +15,7 @@ use nephroid::passes::camera::CameraUniform;
 use nephroid::passes::shadow_map::LightUniform;
 use nephroid::pipeline::sampler::Sampler;
 use nephroid::pipeline::state::{CompareFunction, PixelRect, PrimitiveState, TextureFormat, Viewport};
-use nephroid::pipeline::{Buffer, Device, DeviceOptions, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
+use nephroid::pipeline::{Buffer, Device, DeviceOptions, LoadOp, PassOutput, RenderPipelineDescriptor, TextureDescriptor};
 use nephroid::scene::{Aim, BeamCulling, BeamShadows, EnergyAt, Gather, Light, LightVolumes, Medium, Radiometry, Scene};
 
 #[path = "analytic/truths/mod.rs"]
@@ -234,6 +234,29 @@ fn shadow_culling_takes_what_is_in_shadow_and_nothing_at_a_hundred_per_cent() {
     let open = of(&mut scene, BeamShadows::Both, 0.98);
     assert_eq!(counter(&open, "beams_in_shadow"), 0);
     assert!(total(&open) > 1.2 * total(&unculled), "the slab cast no shadow");
+}
+
+#[test]
+fn answers_that_are_known_are_those_of_passes_that_run_again() {
+    let mut scene = covered();
+    scene.techniques.light_volumes = LightVolumes { grid: Some((33, 33)), receiver_culling: true, ..LightVolumes::default() };
+    let options = RenderOptions { technique: "light-volumes".into(), ..RenderOptions::default() };
+    let built = Renderer::new(&scene, &options).and_then(|mut renderer| renderer.build(&scene)).expect("the scene builds");
+    let mut frame = built.frame;
+    let run = |frame: &Frame| {
+        let mut executor = CpuExecutor::new(Device::new(DeviceOptions::default()).expect("threads start"), 1 << 30);
+        let output = executor.run(frame, None).expect("the frame runs");
+        (output.textures.to_vec(), output.passes.into_iter().map(|pass| PassOutput { waves: 0, ..pass }).collect::<Vec<_>>())
+    };
+    let known = run(&frame);
+    let asked: Vec<usize> = (0..frame.passes.len()).filter(|&k| frame.passes[k].known.is_some()).collect();
+    assert!(asked.len() > 2, "both kinds of queries are known: {asked:?}");
+    frame.passes.iter_mut().for_each(|pass| pass.known = None);
+    assert!(run(&frame) == known, "an answer or an attachment differs");
+    // Queries that are drawn elsewhere have other answers.
+    let moved = asked.iter().rev().find(|&&k| known.1[k].queries.iter().any(|&count| count > 0)).expect("something is in shadow");
+    frame.passes[*moved].draws.iter_mut().for_each(|draw| draw.scissor = Some(PixelRect { x0: 0, y0: 0, x1: 1, y1: 1 }));
+    assert!(run(&frame).1 != known.1, "queries over one pixel went unnoticed");
 }
 
 /// Beams of the test of insides, each in a picture of its own.

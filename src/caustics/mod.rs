@@ -30,7 +30,7 @@ pub trait Technique: Sync {
 pub trait FrameSource: Send {
     /// Gives it a clock, in seconds, to say with what parts of building a frame take; without one they take none.
     fn set_clock(&mut self, _clock: fn() -> f64) {}
-    /// Builds the frame of a scene that differs from the prepared one at most in time, lights, camera and medium.
+    /// Builds the frame of a scene that differs from the prepared one at most in time, lights, camera and medium. Called on the device's threads.
     fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError>;
 }
 
@@ -217,11 +217,16 @@ impl Renderer {
         }
     }
 
+    fn built(&mut self, scene: &Scene, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
+        let (source, device) = (&mut self.source, self.executor.device());
+        device.install(|| source.frame(scene, device, layers))
+    }
+
     /// Builds the frame of a scene without running it.
     pub fn build(&mut self, scene: &Scene) -> Result<TechniqueFrame, RenderError> {
         let wanted: Vec<String> = self.wanted().iter().map(|s| (*s).to_owned()).collect();
         let wanted: Vec<&str> = wanted.iter().map(String::as_str).collect();
-        self.source.frame(scene, self.executor.device(), &wanted)
+        self.built(scene, &wanted)
     }
 
     /// Renders a picture and its layers.
@@ -242,7 +247,7 @@ impl Renderer {
 
     /// Runs the frame without reading anything back: what a frame costs. Returns what was run.
     pub fn run(&mut self, scene: &Scene, observer: Option<&mut dyn FrameObserver>) -> Result<TechniqueFrame, RenderError> {
-        let built = self.source.frame(scene, self.executor.device(), &["color"])?;
+        let built = self.built(scene, &["color"])?;
         self.executor.run(&built.frame, observer)?;
         Ok(built)
     }

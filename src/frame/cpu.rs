@@ -106,43 +106,51 @@ impl CpuExecutor {
     pub fn new(device: Device, memory_limit_bytes: u64) -> Self {
         Self { device, memory_limit_bytes, textures: Vec::new() }
     }
+}
 
-    /// Makes the frame's textures, or takes those of the last frame, and puts into them what they hold before the first pass.
-    fn prepare_textures(&mut self, frame: &Frame) -> Result<(), FrameError> {
-        self.textures.truncate(frame.textures.len());
-        let cleared = cleared_first(frame);
-        for (i, described) in frame.textures.iter().enumerate() {
-            let reusable = self.textures.get(i).is_some_and(|t| *t.desc() == described.desc);
-            if !reusable {
-                let texture = Texture::new(described.desc.clone())?;
-                if i < self.textures.len() {
-                    self.textures[i] = texture;
-                } else {
-                    self.textures.push(texture);
-                }
+/// Makes a frame's textures, or takes those of the last frame, and puts into them what they hold before the first pass.
+fn prepare_textures(frame: &Frame, textures: &mut Vec<Texture>) -> Result<(), FrameError> {
+    textures.truncate(frame.textures.len());
+    let cleared = cleared_first(frame);
+    for (i, described) in frame.textures.iter().enumerate() {
+        let reusable = textures.get(i).is_some_and(|t| *t.desc() == described.desc);
+        if !reusable {
+            let texture = Texture::new(described.desc.clone())?;
+            if i < textures.len() {
+                textures[i] = texture;
+            } else {
+                textures.push(texture);
             }
-            fill_initial(&mut self.textures[i], described, reusable && !cleared[i])?;
         }
-        Ok(())
+        fill_initial(&mut textures[i], described, reusable && !cleared[i])?;
     }
+    Ok(())
 }
 
 impl Executor for CpuExecutor {
     fn run(&mut self, frame: &Frame, mut observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError> {
-        check_memory(frame, &self.device, self.memory_limit_bytes)?;
-        self.device.install(|| check_references(frame))?;
-        let pipelines = pipelines(frame)?;
-        self.prepare_textures(frame)?;
-        let mut outputs = Vec::with_capacity(frame.passes.len());
-        for (index, pass) in frame.passes.iter().enumerate() {
-            let inside = observer.as_deref_mut().and_then(|o| o.pass_begin(index, pass));
-            let output = run_frame_pass(&self.device, frame, &pipelines, pass, &mut self.textures, inside)?;
-            if let Some(observer) = observer.as_deref_mut() {
-                observer.pass_end(index, pass, &self.textures, &output);
+        let Self { device, memory_limit_bytes, textures } = self;
+        // Everything on the device's threads at once: going there for each small pass takes longer than the pass.
+        let passes = device.install(|| {
+            check_memory(frame, device, *memory_limit_bytes)?;
+            check_references(frame)?;
+            let pipelines = pipelines(frame)?;
+            prepare_textures(frame, textures)?;
+            let mut outputs = Vec::with_capacity(frame.passes.len());
+            for (index, pass) in frame.passes.iter().enumerate() {
+                let inside = observer.as_deref_mut().and_then(|o| o.pass_begin(index, pass));
+                let output = match (&pass.known, inside) {
+                    (Some(known), None) => known.clone(),
+                    (_, inside) => run_frame_pass(device, frame, &pipelines, pass, textures, inside)?,
+                };
+                if let Some(observer) = observer.as_deref_mut() {
+                    observer.pass_end(index, pass, textures, &output);
+                }
+                outputs.push(output);
             }
-            outputs.push(output);
-        }
-        Ok(FrameOutput { textures: &self.textures, passes: outputs })
+            Ok::<_, FrameError>(outputs)
+        })?;
+        Ok(FrameOutput { textures: &self.textures, passes })
     }
 
     fn device(&self) -> &Device {

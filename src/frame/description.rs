@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::pipeline::sampler::Sampler;
 use crate::pipeline::state::{Color, IndexFormat, PixelRect, RasterRules, Viewport};
-use crate::pipeline::{Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
+use crate::pipeline::{Buffer, LoadOp, PassOutput, RenderPipelineDescriptor, TextureDescriptor};
 
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
@@ -207,6 +207,9 @@ pub struct FramePass {
     pub draws: Vec<FrameDraw>,
     /// Occlusion queries.
     pub query_count: usize,
+    /// What the pass gives, if it ran while the frame was built and leaves its attachments as they are. Unless somebody looks inside, an executor
+    /// need not run it again. Default: not known.
+    pub known: Option<PassOutput>,
 }
 
 impl FramePass {

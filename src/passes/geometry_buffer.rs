@@ -102,6 +102,8 @@ impl VertexShader for Vertex {
 struct Fragment;
 
 impl FragmentShader for Fragment {
+    const JOINS_PRIMITIVES: bool = true;
+
     #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);

@@ -145,6 +145,8 @@ struct SurfaceFragment {
 }
 
 impl FragmentShader for SurfaceFragment {
+    const JOINS_PRIMITIVES: bool = true;
+
     #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);

@@ -2,7 +2,7 @@
 //!
 //! The pipeline sees a stage through one virtual call per batch; inside it everything is monomorphic.
 
-use fearless_simd::{Level, Simd, f32x16};
+use fearless_simd::{Level, Simd, SimdMask, f32x16, mask32x16};
 use fearless_simd_macros::simd;
 
 use crate::math::lanes::{Lanes, Mask};
@@ -11,7 +11,7 @@ use crate::math::vector::v4;
 
 use super::bindings::Bindings;
 use super::shader::{
-    FragmentInput, FragmentOutput, FragmentShader, Interpolation, PrimitiveAttributes, VertexInput, VertexOutput, VertexShader,
+    FragmentInput, FragmentOutput, FragmentShader, Interpolation, PrimitiveAttributes, VertexInput, VertexOutput, VertexShader, Weighted,
 };
 use super::state::{MAX_COLOR_TARGETS, MAX_VARYINGS};
 use super::vertices::{ClipVertices, GROUP};
@@ -122,7 +122,10 @@ fn vertex_groups<L: Lanes, T: VertexShader>(token: L::Token, shader: &T, binding
     }
 }
 
-/// One 4x4 block of a primitive that awaits shading.
+/// Most primitives that one block is shaded for at once.
+const MOST_JOINED: usize = 8;
+
+/// One 4x4 block that awaits shading.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ShadeItem {
     /// Column of the block's first pixel.
@@ -133,6 +136,35 @@ pub struct ShadeItem {
     pub primitive: u32,
     /// Covered pixels, bit = lane.
     pub mask: u16,
+    /// Other primitives that share the block, each with its pixels.
+    others: [(u16, u32); MOST_JOINED - 1],
+    joined: u8,
+}
+
+impl ShadeItem {
+    /// A block of one primitive.
+    #[must_use]
+    pub fn new(x: u32, y: u32, primitive: u32, mask: u16) -> Self {
+        Self { x, y, primitive, mask, ..Self::default() }
+    }
+
+    /// Takes other pixels of the same block in, if there is room.
+    #[inline(always)]
+    pub(super) fn join(&mut self, primitive: u32, mask: u16) -> bool {
+        let joins = self.mask & mask == 0 && usize::from(self.joined) < MOST_JOINED - 1;
+        if joins {
+            self.others[usize::from(self.joined)] = (mask, primitive);
+            self.joined += 1;
+            self.mask |= mask;
+        }
+        joins
+    }
+
+    /// Primitives beyond the first, each with its pixels.
+    #[inline(always)]
+    fn others(&self) -> &[(u16, u32)] {
+        &self.others[..usize::from(self.joined)]
+    }
 }
 
 /// What the primitives of a batch are interpolated from.
@@ -163,6 +195,8 @@ pub struct ShadeBatch<'a> {
 pub trait FragmentStage: Send + Sync {
     /// Whether the output is the same for all fragments of a primitive.
     fn per_primitive(&self) -> bool;
+    /// Whether blocks are shaded once for all primitives that share them.
+    fn joins_primitives(&self) -> bool;
     /// Shades a batch.
     fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>);
     /// The colours of a primitive, if [`Self::per_primitive`].
@@ -172,6 +206,9 @@ pub trait FragmentStage: Send + Sync {
 impl<T: FragmentShader> FragmentStage for T {
     fn per_primitive(&self) -> bool {
         T::PER_PRIMITIVE
+    }
+    fn joins_primitives(&self) -> bool {
+        T::JOINS_PRIMITIVES
     }
     fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>) {
         match execution.width {
@@ -185,7 +222,8 @@ impl<T: FragmentShader> FragmentStage for T {
     }
     fn primitive_color(&self, bindings: &Bindings<'_>, source: &ShadeSource<'_>, primitive: u32) -> [[f32; 4]; MAX_COLOR_TARGETS] {
         let attributes = &source.primitives[primitive as usize];
-        let input = FragmentInput::<f32>::new((), (0, 0), attributes.anchor[0], attributes.anchor[1], 0.0, source, attributes);
+        let [x, y] = attributes.anchor;
+        let input = FragmentInput::<f32>::new((), (0, 0), (x, y, 0.0), source, Weighted::new(attributes, x, y), &[]);
         let mut output = FragmentOutput { color: [v4(0.0, 0.0, 0.0, 0.0); MAX_COLOR_TARGETS], depth: 0.0, keep: true };
         self.fragment(bindings, &input, &mut output);
         output.color.map(|c| [c.x, c.y, c.z, c.w])
@@ -200,10 +238,16 @@ fn fragment_blocks<S: Simd, T: FragmentShader>(simd: S, shader: &T, bindings: &B
     let column = <f32x16<S> as Lanes>::from_fn(simd, |i| (i & 3) as f32);
     let row = <f32x16<S> as Lanes>::from_fn(simd, |i| (i >> 2) as f32);
     for (i, item) in batch.items.iter().enumerate() {
-        let attributes = &batch.source.primitives[item.primitive as usize];
         let z = <f32x16<S> as Lanes>::load(simd, &batch.z[i]);
         let (x, y) = (column + item.x as f32, row + item.y as f32);
-        let input = FragmentInput::new(simd, (item.x, item.y), x, y, z, &batch.source, attributes);
+        let own = Weighted::new(&batch.source.primitives[item.primitive as usize], x, y);
+        let mut others = [(all, own); MOST_JOINED - 1];
+        let joined = if T::JOINS_PRIMITIVES { item.others() } else { &[] };
+        for ((lanes, weighted), &(mask, primitive)) in others.iter_mut().zip(joined) {
+            *lanes = mask32x16::from_bitmask(simd, u64::from(mask));
+            *weighted = Weighted::new(&batch.source.primitives[primitive as usize], x, y);
+        }
+        let input = FragmentInput::new(simd, (item.x, item.y), (x, y, z), &batch.source, own, &others[..joined.len()]);
         output.keep = all;
         shader.fragment(bindings, &input, &mut output);
         batch.keep[i] = if batch.may_discard { output.keep.bits() as u16 } else { u16::MAX };
@@ -226,12 +270,14 @@ fn fragment_blocks<S: Simd, T: FragmentShader>(simd: S, shader: &T, bindings: &B
 fn fragment_pixels<T: FragmentShader>(shader: &T, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>) {
     let mut output = FragmentOutput { color: [v4(0.0, 0.0, 0.0, 0.0); MAX_COLOR_TARGETS], depth: 0.0, keep: true };
     for (i, item) in batch.items.iter().enumerate() {
-        let attributes = &batch.source.primitives[item.primitive as usize];
         batch.keep[i] = 0;
         for lane in (0..16).filter(|lane| item.mask >> lane & 1 == 1) {
             let (x, y) = (item.x + (lane & 3), item.y + (lane >> 2));
             let lane = lane as usize;
-            let input = FragmentInput::<f32>::new((), (x, y), x as f32, y as f32, batch.z[i][lane], &batch.source, attributes);
+            let other = item.others().iter().find(|(mask, _)| mask >> lane & 1 == 1);
+            let attributes = &batch.source.primitives[other.map_or(item.primitive, |(_, primitive)| *primitive) as usize];
+            let at = (x as f32, y as f32, batch.z[i][lane]);
+            let input = FragmentInput::<f32>::new((), (x, y), at, &batch.source, Weighted::new(attributes, at.0, at.1), &[]);
             output.keep = true;
             shader.fragment(bindings, &input, &mut output);
             for (target, c) in output.color.iter().enumerate().take(batch.targets) {

@@ -46,6 +46,12 @@ impl TargetPlan {
         components
     }
 
+    /// Whether every channel is written, and none depends on what was there.
+    pub fn replaces(&self) -> bool {
+        let all = (1u32 << self.channels) - 1;
+        self.blend.is_none() && self.write_mask.bits() & all == all
+    }
+
     /// Whether a channel is written at all.
     #[inline(always)]
     fn writes(&self, channel: usize) -> bool {

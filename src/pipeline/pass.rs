@@ -25,7 +25,7 @@ use super::spare::Spare;
 use super::state::{Color, MAX_COLOR_TARGETS, PixelRect, RasterRules, TextureFormat, Viewport};
 use super::statistics::{PipelineStatistics, StreamOutStatistics};
 use super::texture::{Surface, TILE, TILE_PIXELS};
-use super::tile::{DrawState, TileContext, TileCounters, TileScratch, TileTargets, run_tile};
+use super::tile::{DrawState, TileContext, TileCounters, TileScratch, TileTargets, replaced_first, run_tile};
 
 /// Per thread: chunks that are run between two looks at the bins' size.
 const CHUNK_GROUP: usize = 4;
@@ -330,7 +330,9 @@ impl<'p, 'a> PassRun<'p, 'a> {
         let tiles_x = self.tiles.0;
         let run = |tile: usize, mut targets: TileTargets<'_>, scratch: &mut TileScratch, observer: Option<&mut dyn Observer>| {
             if clear {
-                clears.apply(&mut targets);
+                // An observer is told what was there before.
+                let replaced = if observer.is_none() { replaced_first(&context, [tile % tiles_x, tile / tiles_x], tile, wave) } else { 0 };
+                clears.apply(&mut targets, replaced);
             }
             let origin = [(tile % tiles_x * TILE) as i32, (tile / tiles_x * TILE) as i32];
             run_tile(&context, tile, origin, &mut targets, wave, scratch, observer)
@@ -419,9 +421,10 @@ impl Clears {
         Self { color: color.collect(), depth, stencil }
     }
 
-    fn apply(&self, targets: &mut TileTargets<'_>) {
-        for (planes, color) in targets.color.iter_mut().zip(&self.color) {
-            if let (Some(planes), Some(color)) = (planes, color) {
+    /// Clears a tile but for the colour targets in `replaced`.
+    fn apply(&self, targets: &mut TileTargets<'_>, replaced: u8) {
+        for (slot, (planes, color)) in targets.color.iter_mut().zip(&self.color).enumerate() {
+            if let (Some(planes), Some(color), 0) = (planes, color, replaced >> slot & 1) {
                 for (plane, value) in planes.chunks_exact_mut(TILE_PIXELS).zip(color) {
                     plane.fill(*value);
                 }

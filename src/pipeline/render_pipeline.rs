@@ -82,6 +82,8 @@ pub struct RenderPipeline {
     pub(super) fast_path: FastPath,
     /// A fragment that fails the depth test leaves no trace, and its depth is known before it is shaded.
     pub(super) rejects_by_depth: bool,
+    /// Colour targets of which a fragment replaces every channel, whatever was there, bit = target.
+    pub(super) replaces: u8,
 }
 
 /// Points, lines or triangles.
@@ -166,6 +168,8 @@ pub(super) struct FragmentPlan {
     pub shades: bool,
     /// Per-primitive interpolation data must be kept.
     pub attributes: bool,
+    /// Primitives that share a block are shaded together.
+    pub joins: bool,
 }
 
 impl RenderPipeline {
@@ -257,6 +261,7 @@ impl RenderPipeline {
             }
         }
         let per_primitive = program.fragment.as_ref().is_some_and(|f| f.per_primitive()) && !program.may_discard && !program.writes_depth;
+        let joins = program.fragment.as_ref().is_some_and(|f| f.joins_primitives());
         let shades = program.fragment.is_some() && (outputs > 0 || program.may_discard || program.writes_depth);
         let fragment = FragmentPlan {
             outputs,
@@ -264,11 +269,16 @@ impl RenderPipeline {
             per_primitive,
             shades,
             attributes: shades && !(per_primitive && interpolation.is_empty()),
+            joins: shades && !per_primitive && joins && !interpolation.contains(&Interpolation::Flat),
         };
         let fast_path = FastPath::of(&depth, &fragment, &targets, !interpolation.is_empty());
         let rejects_by_depth = !fragment.late_tests && depth.fails_without_trace();
+        let always = depth.compare == CompareFunction::Always && !depth.stencil && fragment.shades && !program.may_discard;
+        let replaced = targets.iter().enumerate().filter(|(_, target)| always && target.is_some_and(|target| target.replaces()));
+        let replaces = replaced.fold(0, |bits, (slot, _)| bits | 1 << slot);
         Ok(Self {
             rules,
+            replaces,
             targets,
             depth,
             interpolation,

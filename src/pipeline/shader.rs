@@ -155,38 +155,70 @@ pub struct FragmentInput<'a, L: Lanes> {
     pub front_facing: bool,
     /// `primitive_index`.
     pub primitive_id: u32,
-    attributes: &'a PrimitiveAttributes,
     varyings: &'a [f32],
     interpolation: &'a [Interpolation],
+    own: Weighted<'a, L>,
+    /// Primitives that share the block, each with its lanes; [`Self::own`] has the others.
+    others: &'a [(L::Mask, Weighted<'a, L>)],
+}
+
+/// A primitive and where fragments are in it.
+#[derive(Clone, Copy)]
+pub(super) struct Weighted<'a, L> {
+    attributes: &'a PrimitiveAttributes,
     /// Screen-linear and perspective weights of vertices 1 and 2.
     linear: V2<L>,
     perspective: V2<L>,
+    inv_w: L,
+}
+
+impl<'a, L: Lanes> Weighted<'a, L> {
+    /// At pixel coordinates (integers, not centres).
+    #[inline(always)]
+    pub fn new(attributes: &'a PrimitiveAttributes, x: L, y: L) -> Self {
+        let (linear, perspective, inv_w) = weights(attributes, x, y);
+        Self { attributes, linear, perspective, inv_w }
+    }
+
+    /// A varying's scalar there.
+    #[inline(always)]
+    fn varying(&self, varyings: &[f32], interpolation: Interpolation, scalar: usize) -> L {
+        let start = self.attributes.varyings;
+        let f0 = varyings[start[0] as usize + scalar];
+        let f1 = varyings[start[1] as usize + scalar];
+        let f2 = varyings[start[2] as usize + scalar];
+        let b = match interpolation {
+            Interpolation::Flat => return self.inv_w.like(f0),
+            Interpolation::Linear => self.linear,
+            Interpolation::Perspective => self.perspective,
+        };
+        // Differences keep a constant attribute exactly constant.
+        b.x * (f1 - f0) + b.y * (f2 - f0) + f0
+    }
 }
 
 impl<'a, L: Lanes> FragmentInput<'a, L> {
-    /// Fragments at pixel centres `x`, `y` with depth `z`.
+    /// Fragments at pixel coordinates (integers, not centres) with depth: of one primitive, or of several that share a block and face the same way.
     #[inline(always)]
     pub(super) fn new(
         token: L::Token,
         pixel: (u32, u32),
-        x: L,
-        y: L,
-        z: L,
+        (x, y, z): (L, L, L),
         source: &ShadeSource<'a>,
-        attributes: &'a PrimitiveAttributes,
+        own: Weighted<'a, L>,
+        others: &'a [(L::Mask, Weighted<'a, L>)],
     ) -> Self {
-        let (linear, perspective, inv_w) = weights(attributes, x, y);
+        let inv_w = others.iter().fold(own.inv_w, |inv_w, (lanes, other)| L::select(*lanes, other.inv_w, inv_w));
         Self {
             token,
             position: v4(x + 0.5, y + 0.5, z, inv_w),
             pixel,
-            front_facing: attributes.front_facing,
-            primitive_id: attributes.primitive_id,
-            attributes,
+            front_facing: own.attributes.front_facing,
+            primitive_id: own.attributes.primitive_id,
             varyings: source.varyings,
             interpolation: source.interpolation,
-            linear,
-            perspective,
+            own,
+            others,
         }
     }
 
@@ -194,7 +226,12 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
     #[inline(always)]
     #[must_use]
     pub fn varying(&self, scalar: usize) -> L {
-        self.weighted(scalar, self.linear, self.perspective)
+        let mode = self.interpolation[scalar];
+        let mut value = self.own.varying(self.varyings, mode, scalar);
+        for (lanes, other) in self.others {
+            value = L::select(*lanes, other.varying(self.varyings, mode, scalar), value);
+        }
+        value
     }
     /// Two scalars from `scalar`.
     #[inline(always)]
@@ -212,20 +249,21 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
     #[inline(always)]
     #[must_use]
     pub fn flat(&self, scalar: usize) -> f32 {
-        self.varyings[self.attributes.varyings[0] as usize + scalar]
+        self.flat_varyings()[scalar]
     }
     /// The provoking vertex's scalars.
     #[inline(always)]
     #[must_use]
     pub fn flat_varyings(&self) -> &'a [f32] {
-        let start = self.attributes.varyings[0] as usize;
+        debug_assert!(self.others.is_empty(), "what joins primitives has no flat varyings");
+        let start = self.own.attributes.varyings[0] as usize;
         &self.varyings[start..start + self.interpolation.len()]
     }
     /// Place in a point sprite, 0..1 right and down from its top left corner.
     #[inline(always)]
     #[must_use]
     pub fn point_coord(&self) -> V2<L> {
-        self.linear
+        self.others.iter().fold(self.own.linear, |at, (lanes, other)| V2::select(*lanes, other.linear, at))
     }
 
     /// `dpdx` of a varying: right minus left pixel of the 2x2 quad, in the fragment's own row (WGSL `dpdxFine`).
@@ -272,23 +310,12 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
 
     #[inline(always)]
     fn varying_at(&self, scalar: usize, x: L, y: L) -> L {
-        let (linear, perspective, _) = weights(self.attributes, x, y);
-        self.weighted(scalar, linear, perspective)
-    }
-
-    #[inline(always)]
-    fn weighted(&self, scalar: usize, linear: V2<L>, perspective: V2<L>) -> L {
-        let start = self.attributes.varyings;
-        let f0 = self.varyings[start[0] as usize + scalar];
-        let f1 = self.varyings[start[1] as usize + scalar];
-        let f2 = self.varyings[start[2] as usize + scalar];
-        let b = match self.interpolation[scalar] {
-            Interpolation::Flat => return L::splat(self.token, f0),
-            Interpolation::Linear => linear,
-            Interpolation::Perspective => perspective,
-        };
-        // Differences keep a constant attribute exactly constant.
-        b.x * (f1 - f0) + b.y * (f2 - f0) + f0
+        let mode = self.interpolation[scalar];
+        let mut value = Weighted::new(self.own.attributes, x, y).varying(self.varyings, mode, scalar);
+        for (lanes, other) in self.others {
+            value = L::select(*lanes, Weighted::new(other.attributes, x, y).varying(self.varyings, mode, scalar), value);
+        }
+        value
     }
 }
 
@@ -321,6 +348,9 @@ pub trait FragmentShader: Send + Sync {
     /// The output is the same for all fragments of a primitive (it reads only flat varyings, facing and bindings):
     /// the pipeline may then call it once per primitive, or without varyings once per draw and facing, where `primitive_id` is 0.
     const PER_PRIMITIVE: bool = false;
+    /// The output depends on nothing that a primitive has as a whole, but its facing: neither on flat varyings nor on `primitive_id`. The pipeline
+    /// may then shade a block once for all primitives that share it, which makes small triangles cheap.
+    const JOINS_PRIMITIVES: bool = false;
     /// Shades the fragments of one call.
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>);
 }

@@ -23,7 +23,7 @@ use super::raster::{BlockSink, walk};
 use super::render_pipeline::RenderPipeline;
 use super::shader::{Execution, PrimitiveAttributes, ShadeBatch, ShadeItem, ShadeSource};
 use super::state::{MAX_COLOR_TARGETS, StencilFaceState};
-use super::texture::{TILE_PIXELS, offset_in_tile};
+use super::texture::{TILE, TILE_PIXELS, offset_in_tile};
 
 /// Blocks that are shaded in one call.
 const QUEUE: usize = 64;
@@ -99,6 +99,8 @@ struct Queue {
     facing: [bool; QUEUE],
     keep: [u16; QUEUE],
     colors: Vec<f32>,
+    /// By block of the tile: the place where it was queued last.
+    latest: [u8; TILE_PIXELS / 16],
 }
 
 impl Default for Queue {
@@ -110,7 +112,23 @@ impl Default for Queue {
             facing: [false; QUEUE],
             keep: [0; QUEUE],
             colors: vec![0.0; QUEUE * 64],
+            latest: [0; TILE_PIXELS / 16],
         }
+    }
+}
+
+/// Colour targets that the first primitive of a tile replaces all over, bit = target: what they held before is never seen.
+pub(super) fn replaced_first(context: &TileContext<'_>, [x, y]: [usize; 2], tile: usize, chunks: &[ChunkOutput]) -> u8 {
+    let Some(chunk) = chunks.iter().find(|chunk| !chunk.bins.is_untouched(tile)) else { return 0 };
+    let wide = chunk.bins.wide.iter().find_map(|w| w.record_in([x as i32, y as i32]));
+    let small = chunk.bins.segments(tile).next().and_then(|records| records.first().copied());
+    let first = [wide, small].into_iter().flatten().min_by_key(|record| record.sequence);
+    let last = TILE as u8 - 1;
+    match first {
+        Some(record) if record.flags & flag::ACCEPT == flag::ACCEPT && record.bounds == [0, 0, last, last] => {
+            context.draws[record.draw as usize].pipeline.replaces
+        }
+        _ => 0,
     }
 }
 
@@ -170,6 +188,7 @@ fn tile_chunks<'a, S: Simd>(
         chunk: None,
         stencil_before: [0; 16],
         draw: u32::MAX,
+        joins: false,
     };
     for chunk in chunks {
         if chunk.bins.is_untouched(tile) {
@@ -216,6 +235,8 @@ pub(super) struct TileWorker<'a, 'b> {
     stencil_before: [u8; 16],
     /// Draw of the last record.
     draw: u32,
+    /// Whether its blocks may join those of the queue.
+    joins: bool,
 }
 
 impl<'a> TileWorker<'a, '_> {
@@ -282,6 +303,7 @@ impl<'a> TileWorker<'a, '_> {
     #[inline(never)]
     fn general<S: Simd>(&mut self, simd: S, records: &[Record], coarse: Option<&'a CoarseDepth>) {
         let draw = &self.context.draws[self.draw as usize];
+        self.joins = draw.pipeline.fragment.joins && self.observer.is_none();
         let early_depth_only = draw.pipeline.rejects_by_depth && !draw.pipeline.depth.stencil && self.observer.is_none();
         if early_depth_only {
             for record in records {
@@ -308,15 +330,32 @@ impl<'a> TileWorker<'a, '_> {
         }
     }
 
-    /// Queues a block, whose depth before the clamp is `z`.
+    /// Queues a block, whose depth before the clamp is `z`; it may join one that is there already.
     #[inline(always)]
     fn push<S: Simd>(&mut self, simd: S, record: &Record, bx: i32, by: i32, mask: u16, z: f32x16<S>) {
-        let slot = self.scratch.len;
-        Lanes::store(z, &mut self.scratch.z[slot]);
+        let queue = &mut *self.scratch;
         let (x, y) = ((self.origin[0] + bx) as u32, (self.origin[1] + by) as u32);
-        self.scratch.items[slot] = ShadeItem { x, y, primitive: record.attributes, mask };
-        self.scratch.facing[slot] = record.flags & flag::BACK != 0;
-        self.scratch.len = slot + 1;
+        let back = record.flags & flag::BACK != 0;
+        if self.joins {
+            let latest = &mut queue.latest[offset_in_tile(bx as usize, by as usize) / 16];
+            let slot = usize::from(*latest);
+            // Of an earlier queue only the place may be left: it is the block's if its pixels are.
+            if slot < queue.len
+                && (queue.items[slot].x, queue.items[slot].y, queue.facing[slot]) == (x, y, back)
+                && queue.items[slot].join(record.attributes, mask)
+            {
+                let joined = mask32x16::from_bitmask(simd, u64::from(mask));
+                let before = <f32x16<S> as Lanes>::load(simd, &queue.z[slot]);
+                Lanes::store(<f32x16<S> as Lanes>::select(joined, z, before), &mut queue.z[slot]);
+                return;
+            }
+            *latest = queue.len as u8;
+        }
+        let slot = queue.len;
+        Lanes::store(z, &mut queue.z[slot]);
+        queue.items[slot] = ShadeItem::new(x, y, record.attributes, mask);
+        queue.facing[slot] = back;
+        queue.len = slot + 1;
         if slot + 1 == QUEUE {
             self.flush_queue(simd);
         }
@@ -610,12 +649,8 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
             return;
         }
         let z = self.depth.interpolated(bx, by);
-        let item = ShadeItem {
-            x: (worker.origin[0] + bx) as u32,
-            y: (worker.origin[1] + by) as u32,
-            primitive: record.attributes,
-            mask: mask.to_bitmask() as u16,
-        };
+        let (x, y) = ((worker.origin[0] + bx) as u32, (worker.origin[1] + by) as u32);
+        let item = ShadeItem::new(x, y, record.attributes, mask.to_bitmask() as u16);
         let back = record.flags & flag::BACK != 0;
         // The slot is filled first, so that an observer sees the depth of fragments that fail.
         let slot = worker.scratch.len;

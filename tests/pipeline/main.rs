@@ -11,6 +11,7 @@ mod determinism;
 mod drawing;
 mod fast_paths;
 mod fragments;
+mod joining;
 mod meshes;
 mod order;
 mod presets;

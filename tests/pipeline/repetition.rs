@@ -127,11 +127,11 @@ fn repeated_draws_leave_the_bytes_and_counters_of_draws_on_their_own() {
         let alone = run(device(), &draws, Some(&mut Blind));
         passed += alone.1.statistics.fragments_passed;
         for other in [device(), scalar_device()] {
-            assert_eq!(run(other, &draws, None), alone, "round {round}");
+            assert!(run(other, &draws, None) == alone, "round {round}");
         }
         // The check must see a draw that is left out, or one that comes at the wrong place.
         if round < 3 {
-            assert_ne!(run(device(), &draws[..draws.len() / 2], None).0, alone.0, "half of the draws left out");
+            assert!(run(device(), &draws[..draws.len() / 2], None).0 != alone.0, "half of the draws left out");
         }
     }
     println!("repetitions: {repeated} draws, {passed} fragments");

@@ -177,6 +177,6 @@ fn volume_pass(
         color,
         depth: Some(DepthTarget { view: stage.depth.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Load }),
         draws: vec![FrameDraw::new(pipeline, bindings, 0..beams.beams.len() as u32)],
-        query_count: 0,
+        ..FramePass::default()
     });
 }

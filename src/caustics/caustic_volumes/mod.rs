@@ -51,7 +51,7 @@ struct Source {
 }
 
 impl FrameSource for Source {
-    fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
+    fn frame(&mut self, scene: &Scene, _device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
         let settings = &scene.techniques.caustic_volumes;
         let field = self.water.as_mut().zip(scene.water.as_ref()).map(|(sim, water)| {
             let (columns, rows) = settings.grid.unwrap_or(water.grid);
@@ -63,7 +63,7 @@ impl FrameSource for Source {
             Radiometry::Paper => beams::Count::FlatTransmittance,
         };
         let beams: Vec<_> = match &field {
-            Some(field) => device.install(|| scene.lights.iter().map(|light| beams::light_beams(field, light, ior, count)).collect()),
+            Some(field) => scene.lights.iter().map(|light| beams::light_beams(field, light, ior, count)).collect(),
             None => Vec::new(),
         };
         let built = frame::build(&frame::Inputs {

@@ -167,7 +167,7 @@ impl LightPass<'_> {
             color,
             depth: Some(DepthTarget { view: stage.depth.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Clear(REFERENCE) }),
             draws,
-            query_count: 0,
+            ..FramePass::default()
         });
         if !targets.sums.is_empty() {
             self.relight(stage, targets);

@@ -160,14 +160,14 @@ impl FrameSource for Source {
         }
         for number in 0..scene.lights.len() {
             let light = stage.light(scene, &self.receivers, &view, number);
-            let made = timed(clock, &mut tally.seconds.beams, || self.make_beams(scene, field.as_ref(), device, number))?;
+            let made = timed(clock, &mut tally.seconds.beams, || self.make_beams(scene, field.as_ref(), number))?;
             let Some(made) = made else { continue };
             let Made { beams, span, .. } = &made;
             let span = *span;
             bottom_y = span.bottom_y;
             let kept = Kept::renew(&mut self.kept, &self.boxes, &self.receivers, scene, &made);
             if settings.culling == BeamCulling::Hierarchical || settings.shadows.culls_leaves() {
-                timed(clock, &mut tally.seconds.culling, || device.install(|| kept.hierarchy.update(beams, span)));
+                timed(clock, &mut tally.seconds.culling, || kept.hierarchy.update(beams, span));
             }
             let kept = &*kept;
             let shadowed = match &field {
@@ -191,7 +191,7 @@ impl FrameSource for Source {
                 BeamCulling::PerBeam => scope.one_by_one(beams, &shadowed.triangles),
                 BeamCulling::Hierarchical => scope.by_hierarchy(beams, &kept.hierarchy, &shadowed.triangles),
             };
-            let (drawn, counts) = timed(clock, &mut tally.seconds.culling, || device.install(cull));
+            let (drawn, counts) = timed(clock, &mut tally.seconds.culling, cull);
             let pass = LightPass {
                 scene,
                 number,
@@ -202,7 +202,7 @@ impl FrameSource for Source {
                 eye_inside: stage.camera.water.z > 0.0 || (field.is_none() && scene.camera.position_ws().y < span.top_y),
                 in_water: field.is_some(),
             };
-            timed(clock, &mut tally.seconds.draws, || device.install(|| pass.add(&mut stage, &targets)));
+            timed(clock, &mut tally.seconds.draws, || pass.add(&mut stage, &targets));
             tally.add(beams, &shadowed, counts, &drawn);
             all_beams.push(made.beams);
         }
@@ -240,7 +240,7 @@ struct Made {
 
 impl Source {
     /// The beams of a light, from the water or from mirrors and glass; `None` if the scene has neither.
-    fn make_beams(&self, scene: &Scene, field: Option<&HeightField>, device: &Device, number: usize) -> Result<Option<Made>, RenderError> {
+    fn make_beams(&self, scene: &Scene, field: Option<&HeightField>, number: usize) -> Result<Option<Made>, RenderError> {
         let settings = &scene.techniques.light_volumes;
         let light = &scene.lights[number];
         if let (Some(field), Some(water)) = (field, &scene.water) {
@@ -248,14 +248,14 @@ impl Source {
                 Radiometry::Physical => beams::Count::Conserved,
                 Radiometry::Paper => beams::Count::OwnTransmittance,
             };
-            let beams = device.install(|| beams::light_beams(field, light, water.ior, count));
+            let beams = beams::light_beams(field, light, water.ior, count);
             let heights = field.heights_ws.iter().fold((water.level_m, water.level_m), |(low, high), &y| (low.min(y), high.max(y)));
             let span = span(scene, &self.receivers, heights);
             let (grid, buckets, levels) = ((field.columns, field.rows), settings.buckets, settings.levels);
             return Ok(Some(Made { beams, span, level: water.level_m, grid, buckets, levels }));
         }
         let Some(specular) = &self.specular else { return Ok(None) };
-        let beams = device.install(|| specular.beams(light, settings.radiometry))?;
+        let beams = specular.beams(light, settings.radiometry)?;
         let heights = beams.beams.iter().flat_map(|beam| beam.g.map(|g| g.y));
         let heights = heights.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
         let span = span(scene, &self.receivers, if beams.beams.is_empty() { (0.0, 0.0) } else { heights });

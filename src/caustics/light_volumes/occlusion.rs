@@ -123,12 +123,11 @@ impl Queries<'_> {
         stage.frame = frame;
         for (part, numbers) in asked.chunks(QUERIES_PER_PASS).enumerate() {
             let label = format!("receiver_queries part {part}");
-            let counts =
-                run_frame_pass(device, &counting, &made, &Self::pass(&prepared, label.clone(), numbers), &mut textures, None)?.queries;
-            stage.frame.passes.push(Self::pass(&again, label, numbers));
-            for (&number, count) in numbers.iter().zip(counts) {
+            let output = run_frame_pass(device, &counting, &made, &Self::pass(&prepared, label.clone(), numbers), &mut textures, None)?;
+            for (&number, &count) in numbers.iter().zip(&output.queries) {
                 visible[number as usize] = count > 0;
             }
+            stage.frame.passes.push(FramePass { known: Some(output), ..Self::pass(&again, label, numbers) });
         }
         Ok(visible)
     }

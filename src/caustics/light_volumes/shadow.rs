@@ -3,8 +3,8 @@
 //! The top of a parent beam is drawn into a shadow map with the depth test turned round. What passes lies behind something that the light meets
 //! first; over the area that the top covers, that is the node's shadow ratio. A leaf whose ratio is above S_min is culled.
 //!
-//! The answers decide what the frame draws, so the queries run while it is built, level by level. The frame has the same passes again:
-//! another executor counts for itself, and the cross-check compares.
+//! The answers decide what the frame draws, so the queries run while it is built, level by level. The frame has the same passes again, with
+//! what is known of them: another executor counts for itself, and the cross-check compares.
 
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ use super::hierarchy::{Cells, Hierarchy, triangles};
 /// Largest map that queries are drawn into: what is measured are areas.
 const MAX_MAP_SIZE: u32 = 512;
 
-/// Queries of a pass in the frame: drivers that count in colour targets have room for so many.
+/// Queries of a pass: drivers that count in colour targets have room for so many.
 pub const QUERIES_PER_PASS: usize = 32;
 
 /// Vertices of a node's top.
@@ -182,10 +182,12 @@ impl Queries<'_> {
         let mut level: Vec<u32> = (0..self.hierarchy.roots as u32).filter(|&k| !nodes[k as usize].is_empty()).collect();
         while !level.is_empty() {
             let label = format!("shadow_queries {} level {}", self.number, found.levels.len());
-            let pass = self.pass(&prepared, label.clone(), &level);
-            let counts = run_frame_pass(device, &counting, &made, &pass, &mut textures, None)?.queries;
+            let mut counts = Vec::with_capacity(level.len());
             for (part, nodes) in level.chunks(QUERIES_PER_PASS).enumerate() {
-                frame.passes.push(self.pass(&again, format!("{label} part {part}"), nodes));
+                let label = format!("{label} part {part}");
+                let output = run_frame_pass(device, &counting, &made, &self.pass(&prepared, label.clone(), nodes), &mut textures, None)?;
+                counts.extend_from_slice(&output.queries);
+                frame.passes.push(FramePass { known: Some(output), ..self.pass(&again, label, nodes) });
             }
             let mut next = Vec::new();
             for (&index, count) in level.iter().zip(counts) {

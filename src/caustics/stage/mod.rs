@@ -157,7 +157,7 @@ impl Stage {
             color: vec![clear(position), clear(normal), clear(albedo)],
             depth: Some(DepthTarget { view: depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load }),
             draws,
-            query_count: 0,
+            ..FramePass::default()
         });
         stage
     }
@@ -273,7 +273,7 @@ impl Stage {
             color: vec![clear(self.color)],
             depth: Some(DepthTarget { view: self.depth.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Load }),
             draws,
-            query_count: 0,
+            ..FramePass::default()
         });
     }
 
