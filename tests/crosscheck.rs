@@ -110,7 +110,7 @@ fn frame() -> Frame {
             color: vec![Some(ColorTarget { view: color.into(), load })],
             depth,
             draws,
-            query_count: 0,
+            ..FramePass::default()
         });
     }
     frame

@@ -142,3 +142,48 @@ fn shadows_are_where_photons_leave_them() {
     assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
     assert!(with > 0.95 && culled > without + 0.1 && without < 0.5, "{with} {culled} {without}");
 }
+
+/// Means over blocks of 4x4 pixels of which half can be measured: light at a focus is in few places, and single pixels tell more of where their
+/// samples happen to lie than of the mesh.
+fn blocks(drawn: &[f64], traced: &[Option<f64>], (columns, rows): (u32, u32)) -> (Vec<f64>, Vec<Option<f64>>) {
+    const BLOCK: u32 = 4;
+    let block = |number: u32| {
+        let (x, y) = (number % (columns / BLOCK) * BLOCK, number / (columns / BLOCK) * BLOCK);
+        let inside = (0..BLOCK * BLOCK).map(|k| ((y + k / BLOCK) * columns + x + k % BLOCK) as usize);
+        let measured: Vec<(f64, f64)> = inside.filter_map(|k| Some((drawn[k], traced[k]?))).collect();
+        let sum = measured.iter().fold((0.0, 0.0), |sum, pair| (sum.0 + pair.0, sum.1 + pair.1));
+        let count = measured.len() as f64;
+        (2 * measured.len() >= (BLOCK * BLOCK) as usize).then(|| (sum.0 / count, Some(sum.1 / count)))
+    };
+    (0..columns / BLOCK * (rows / BLOCK)).filter_map(block).unzip()
+}
+
+/// Mean of the squared error over the square of the truth and a tenth of its mean.
+fn relative_error(drawn: &[f64], traced: &[Option<f64>]) -> f64 {
+    let mean = traced.iter().flatten().sum::<f64>() / traced.len() as f64;
+    pairs(drawn, traced).map(|(d, t)| ((d - t) / (t + 0.1 * mean)).powi(2)).sum::<f64>() / drawn.len() as f64
+}
+
+#[test]
+fn errors_fall_with_the_mesh_on_every_scene_with_water() {
+    const SIZE: (u32, u32) = (128, 96);
+    for name in ["pool.ron", "columns.ron", "pots.ron", "bath.ron", "jetty.ron", "courtyard.ron", "lido.ron"] {
+        let mut scene = scene(name, SIZE);
+        scene.techniques.light_volumes.samples = 4;
+        let mut errors = Vec::new();
+        let mut truth = None;
+        for mesh in [33, 65, 129] {
+            scene.techniques.light_volumes.grid = Some((mesh, mesh));
+            let (drawn, points) = render(&scene);
+            let truth = truth.get_or_insert_with(|| traced(&scene, points, 4_000_000));
+            let (drawn, truth) = blocks(&drawn, truth, SIZE);
+            errors.push(relative_error(&drawn, &truth));
+        }
+        // The waves of another moment are no better for a fine mesh.
+        scene.time_s += 0.7;
+        let (later, truth) = blocks(&render(&scene).0, truth.as_deref().unwrap_or_default(), SIZE);
+        let other = relative_error(&later, &truth);
+        println!("{name}: relMSE {errors:?}, of another moment {other}");
+        assert!(errors.windows(2).all(|pair| pair[1] < pair[0]) && other > 4.0 * errors[2], "{name}: {errors:?}, {other}");
+    }
+}

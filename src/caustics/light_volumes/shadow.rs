@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use glam::{Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use crate::caustics::receivers::ReceiverGroup;
 use crate::caustics::stage::state::depth_state;
@@ -75,6 +75,7 @@ struct Prepared {
 }
 
 /// What the queries of one light are made from.
+#[derive(Clone, Copy)]
 pub struct Queries<'a> {
     /// All receivers.
     pub receivers: &'a Receivers,
@@ -95,6 +96,22 @@ pub struct Queries<'a> {
 impl Queries<'_> {
     fn size(&self) -> u32 {
         self.map_size.min(MAX_MAP_SIZE)
+    }
+
+    /// The light with its map cut down to what the nodes cover: what counts are texels on them, and a leaf must have many.
+    fn cropped(&self) -> LightUniform {
+        let corners = self.hierarchy.nodes.iter().filter(|node| !node.is_empty()).flat_map(|node| self.top(&node.cells));
+        let seen = corners.map(|p| self.light.clip_from_world.project_point3(p).truncate());
+        let (low, high) = seen.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        let size = high - low;
+        if !(size.is_finite() && size.min_element() > 0.0) {
+            return *self.light;
+        }
+        // A texel all around, so that none at the rim is left out by rounding.
+        let scale = 2.0 / (size * (1.0 + 2.0 / self.size() as f32));
+        let shift = -(low + high) * 0.5 * scale;
+        let crop = Mat4::from_cols(Vec4::X * scale.x, Vec4::Y * scale.y, Vec4::Z, Vec4::new(shift.x, shift.y, 0.0, 1.0));
+        LightUniform { clip_from_world: crop * self.light.clip_from_world, ..*self.light }
     }
 
     /// Corners of the piece of the surface that a node covers, world space.
@@ -168,6 +185,11 @@ impl Queries<'_> {
     /// Below a node with area A and shadow s, no leaf of area a can have a ratio above s/a: where that is less than S_min for the
     /// smallest leaf, nothing more is asked. For equal parts over L levels it is the bound ratio < S_min·4^−L.
     pub fn ask(&self, device: &Device, least_ratio: f32, frame: &mut Frame) -> Result<Shadowed, RenderError> {
+        let light = self.cropped();
+        Queries { light: &light, ..*self }.ask_map(device, least_ratio, frame)
+    }
+
+    fn ask_map(&self, device: &Device, least_ratio: f32, frame: &mut Frame) -> Result<Shadowed, RenderError> {
         let mut found = Shadowed { triangles: vec![false; 2 * self.cell_count()], ..Shadowed::default() };
         // A frame of its own to count in.
         let mut counting = Frame { rules: frame.rules, ..Frame::default() };

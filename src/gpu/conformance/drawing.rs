@@ -143,6 +143,7 @@ impl Drawing {
             depth,
             draws: vec![draw],
             query_count: usize::from(self.query),
+            ..FramePass::default()
         });
         frame
     }
