@@ -161,7 +161,8 @@ fn blocks(drawn: &[f64], traced: &[Option<f64>], (columns, rows): (u32, u32)) ->
 /// Mean of the squared error over the square of the truth and a tenth of its mean.
 fn relative_error(drawn: &[f64], traced: &[Option<f64>]) -> f64 {
     let mean = traced.iter().flatten().sum::<f64>() / traced.len() as f64;
-    pairs(drawn, traced).map(|(d, t)| ((d - t) / (t + 0.1 * mean)).powi(2)).sum::<f64>() / drawn.len() as f64
+    let off = pairs(drawn, traced).map(|(drawn, traced)| (drawn - traced) / (traced + 0.1 * mean));
+    off.map(|off| off * off).sum::<f64>() / drawn.len() as f64
 }
 
 #[test]
