@@ -295,7 +295,7 @@ fn stream_out_by_compute_is_that_of_the_software_gpu() {
             let draw = FrameDraw { elements: 0..12, base_vertex: 11, ..frame.passes[0].draws[0].clone() }.indexed(indices);
             frame.passes[0].draws = vec![draw];
             let (_, expected) = stream_draw(&device, &frame, &frame.passes[0], &frame.passes[0].draws[0], &[]).expect("it streams");
-            let on_gpu = GpuFrame::new(&gpu, &frame).expect("the driver holds the frame");
+            let mut on_gpu = GpuFrame::new(&gpu, &frame).expect("the driver holds the frame");
             let actual = on_gpu.stream_out(0, 0, &device).expect("it streams");
             assert!(!actual.is_empty() && actual == expected.data, "{}, {topology:?}", gpu.adapter().title());
         }

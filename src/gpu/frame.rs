@@ -9,6 +9,7 @@ use super::device::Gpu;
 use super::pipeline::{COUNTER_FORMAT, Compiled, Variant};
 use super::pull::{Pulled, must_be_pulled, pull};
 use super::resources::{Resources, attachment_view};
+use super::stream::Streamed;
 use super::twin::{PULLED_GROUP, TextureUse, VertexSource};
 use crate::frame::cpu::{check_references, cleared_first, initial_textures, target_size};
 use crate::frame::{BindEntry, Frame, FrameDraw, FrameError, FramePass, PipelineId, TextureId, View};
@@ -31,6 +32,7 @@ pub struct GpuFrame<'f> {
     frame: &'f Frame,
     resources: Resources,
     compiled: BTreeMap<(PipelineId, Variant), Compiled>,
+    pub(super) streamed: BTreeMap<PipelineId, Streamed>,
 }
 
 /// A pass that is ready to run, any number of times.
@@ -58,7 +60,7 @@ impl<'f> GpuFrame<'f> {
     pub fn new(gpu: &'f Gpu, frame: &'f Frame) -> Result<Self, GpuError> {
         check_references(frame)?;
         let resources = Resources::new(gpu, frame)?;
-        let this = Self { gpu, frame, resources, compiled: BTreeMap::new() };
+        let this = Self { gpu, frame, resources, compiled: BTreeMap::new(), streamed: BTreeMap::new() };
         this.fill()?;
         Ok(this)
     }

@@ -3,13 +3,15 @@
 use std::sync::Arc;
 
 use super::GpuError;
+use super::device::Gpu;
 use super::frame::GpuFrame;
-use super::twin::{PULLED_GROUP, STREAM_GROUP, STREAMED_VERTEX, streamed_vertex};
+use super::twin::{PULLED_GROUP, STREAM_GROUP, STREAMED_VERTEX, TextureUse, streamed_vertex};
 use crate::frame::cpu::stream_draw;
+use crate::frame::{BindGroup, BindGroupId, Frame, FrameDraw, FramePass, PipelineId};
 use crate::math::lanes::Lanes;
 use crate::math::vector::v4;
 use crate::pipeline::shader::{Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader, flatten_varyings};
-use crate::pipeline::{Bindings, Device};
+use crate::pipeline::{Bindings, Device, RenderPipelineDescriptor};
 
 /// Most workgroups in one direction of a dispatch.
 const MOST_GROUPS: u32 = 65_535;
@@ -27,31 +29,24 @@ impl VertexShader for IndexOnly {
     }
 }
 
-impl GpuFrame<'_> {
-    /// What stream-out of one draw writes, vertex stage by the driver: per vertex of each primitive, clip position (4) and varyings.
-    /// `device` assembles the primitives.
-    ///
-    /// # Errors
-    /// If the draw has a geometry stage or vertex buffers, which a compute shader does not have either, or the driver fails.
-    pub fn stream_out(&self, pass: usize, draw: usize, device: &Device) -> Result<Vec<f32>, GpuError> {
-        let frame = self.frame();
-        let described = &frame.passes[pass].draws[draw];
-        let program = &frame.pipelines[described.pipeline.index()].program;
-        let fail = |why: &str| GpuError::Twin { program: program.name, why: why.to_owned() };
-        if program.geometry.is_some() {
-            return Err(fail("its geometry stage cannot be streamed out on a driver"));
-        }
-        if !described.vertex_buffers.is_empty() {
-            return Err(fail("vertex buffers cannot be streamed out on a driver"));
-        }
-        let indices = self.vertex_indices(pass, draw, device)?;
+/// How the vertices of one pipeline are streamed out. Frames draw with a few pipelines by the thousand.
+pub(super) struct Streamed {
+    pipeline: wgpu::ComputePipeline,
+    bindings: Vec<(u32, Option<TextureUse>)>,
+    /// The frame's buffers and this pipeline alone, its vertices handing on their indices.
+    indices: Frame,
+}
+
+impl Streamed {
+    fn new(gpu: &Gpu, frame: &Frame, desc: &RenderPipelineDescriptor) -> Result<Self, GpuError> {
+        let program = &desc.program;
         let twin = streamed_vertex(program)?;
-        let pipeline = self.gpu().checked(&format!("making the stream-out of `{}`", program.name), || {
-            let module = self.gpu().device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        let pipeline = gpu.checked(&format!("making the stream-out of `{}`", program.name), || {
+            let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(program.name),
                 source: wgpu::ShaderSource::Wgsl(twin.source.as_str().into()),
             });
-            self.gpu().device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(program.name),
                 layout: None,
                 module: &module,
@@ -60,36 +55,67 @@ impl GpuFrame<'_> {
                 cache: None,
             })
         })?;
-        let group = match twin.bindings.is_empty() {
+        let half = |name| Varying { name, components: 1, interpolation: Interpolation::Flat };
+        let index_only = Program {
+            vertex: Arc::new(IndexOnly),
+            fragment: None,
+            varyings: vec![half("low"), half("high")],
+            bindings: Vec::new(),
+            ..(**program).clone()
+        };
+        let indices = Frame {
+            rules: frame.rules,
+            buffers: frame.buffers.clone(),
+            pipelines: vec![RenderPipelineDescriptor { program: Arc::new(index_only), ..desc.clone() }],
+            bind_groups: vec![BindGroup::default()],
+            ..Frame::default()
+        };
+        Ok(Self { pipeline, bindings: twin.bindings, indices })
+    }
+
+    /// The vertex of every corner of a draw's primitives, in order.
+    fn vertex_indices(&self, draw: &FrameDraw, device: &Device) -> Result<Vec<u32>, GpuError> {
+        let draw = FrameDraw { pipeline: PipelineId(0), bind_group: BindGroupId(0), ..draw.clone() };
+        let (_, stream) = stream_draw(device, &self.indices, &FramePass::default(), &draw, &[])?;
+        Ok(stream.data.chunks_exact(6).map(|v| v[4] as u32 | (v[5] as u32) << 16).collect())
+    }
+}
+
+impl GpuFrame<'_> {
+    /// What stream-out of one draw writes, vertex stage by the driver: per vertex of each primitive, clip position (4) and varyings.
+    /// `device` assembles the primitives.
+    ///
+    /// # Errors
+    /// If the draw has a geometry stage or vertex buffers, which a compute shader does not have either, or the driver fails.
+    pub fn stream_out(&mut self, pass: usize, draw: usize, device: &Device) -> Result<Vec<f32>, GpuError> {
+        let frame = self.frame();
+        let described = &frame.passes[pass].draws[draw];
+        let desc = &frame.pipelines[described.pipeline.index()];
+        let program = &desc.program;
+        let fail = |why: &str| GpuError::Twin { program: program.name, why: why.to_owned() };
+        if program.geometry.is_some() {
+            return Err(fail("its geometry stage cannot be streamed out on a driver"));
+        }
+        if !described.vertex_buffers.is_empty() {
+            return Err(fail("vertex buffers cannot be streamed out on a driver"));
+        }
+        if !self.streamed.contains_key(&described.pipeline) {
+            self.streamed.insert(described.pipeline, Streamed::new(self.gpu(), frame, desc)?);
+        }
+        let streamed = &self.streamed[&described.pipeline];
+        let indices = streamed.vertex_indices(described, device)?;
+        let group = match streamed.bindings.is_empty() {
             true => None,
-            false => Some(self.bind_group(described, &twin.bindings, &pipeline.get_bind_group_layout(0))?),
+            false => Some(self.bind_group(described, &streamed.bindings, &streamed.pipeline.get_bind_group_layout(0))?),
         };
         let stride = 4 + flatten_varyings(&program.varyings).len();
         let limits = self.gpu().device.limits();
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / (4 * stride as u64);
-        let mut streamed = Vec::with_capacity(indices.len() * stride);
+        let mut stream = Vec::with_capacity(indices.len() * stride);
         for piece in indices.chunks((most.max(1) as usize).min(MOST_GROUPS as usize * STREAM_GROUP as usize)) {
-            streamed.extend(self.stream_piece(piece, stride, &pipeline, group.as_ref())?);
+            stream.extend(self.stream_piece(piece, stride, &streamed.pipeline, group.as_ref())?);
         }
-        Ok(streamed)
-    }
-
-    /// The vertex of every corner of a draw's primitives, in order.
-    fn vertex_indices(&self, pass: usize, draw: usize, device: &Device) -> Result<Vec<u32>, GpuError> {
-        let mut frame = self.frame().clone();
-        let described = frame.passes[pass].draws[draw].clone();
-        let half = |name| Varying { name, components: 1, interpolation: Interpolation::Flat };
-        let desc = &mut frame.pipelines[described.pipeline.index()];
-        let vertex: Arc<dyn crate::pipeline::shader::VertexStage> = Arc::new(IndexOnly);
-        desc.program = Arc::new(Program {
-            vertex,
-            fragment: None,
-            varyings: vec![half("low"), half("high")],
-            bindings: Vec::new(),
-            ..(*desc.program).clone()
-        });
-        let (_, stream) = stream_draw(device, &frame, &frame.passes[pass], &described, &[])?;
-        Ok(stream.data.chunks_exact(6).map(|v| v[4] as u32 | (v[5] as u32) << 16).collect())
+        Ok(stream)
     }
 
     fn stream_piece(

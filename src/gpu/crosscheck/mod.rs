@@ -136,7 +136,7 @@ impl<'a> Pair<'a> {
     }
 
     /// The vertex stages of a pass on both sides, before the pass is run; none if the driver does not run them anyhow.
-    fn vertices(&self, index: usize) -> Result<Vec<VertexReport>, GpuError> {
+    fn vertices(&mut self, index: usize) -> Result<Vec<VertexReport>, GpuError> {
         let pass = &self.on_cpu.passes[index];
         let mut reports = Vec::new();
         for (number, draw) in pass.draws.iter().enumerate() {
