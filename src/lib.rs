@@ -13,21 +13,21 @@
 //! - L6 [`report`], and `gpu` with the feature `wgpu`
 //! - L7 [`cli`]
 
-pub mod caustics;
 #[cfg(not(target_family = "wasm"))]
 pub mod cli;
-pub mod frame;
-pub mod geom;
+
+pub use nephroid_caustics as caustics;
+pub use nephroid_caustics::passes;
 #[cfg(feature = "wgpu")]
-pub mod gpu;
-pub mod image;
-pub mod math;
-pub mod metrics;
-pub mod passes;
-pub mod pipeline;
-pub mod report;
-pub mod scene;
-pub mod trace;
+pub use nephroid_gpu as gpu;
+pub use nephroid_image as image;
+pub use nephroid_image::{metrics, report};
+pub use nephroid_math as math;
+pub use nephroid_pipeline as pipeline;
+pub use nephroid_pipeline::frame;
+pub use nephroid_scene as scene;
+pub use nephroid_scene::geom;
+pub use nephroid_trace as trace;
 
 /// The README's example compiles.
 #[cfg(doctest)]

@@ -4,10 +4,10 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use crate::math::optics::{fresnel_transmittance, refract};
-use crate::math::vector::{V3, v3};
-use crate::scene::water::HeightField;
-use crate::scene::{Incident, Light};
+use nephroid_math::optics::{fresnel_transmittance, refract};
+use nephroid_math::vector::{V3, v3};
+use nephroid_scene::water::HeightField;
+use nephroid_scene::{Incident, Light};
 
 /// No beam.
 pub const NONE: u32 = u32::MAX;

@@ -1,8 +1,8 @@
 //! From a frame's textures to named layers: crops the margin, folds samples into pixels.
 
-use crate::frame::{Frame, FrameOutput, TextureId};
-use crate::image::{Image, Layer, LayerError, LayerSet, STANDARD_LAYERS};
-use crate::pipeline::{Surface, Texture};
+use nephroid_image::{Image, Layer, LayerError, LayerSet, STANDARD_LAYERS};
+use nephroid_pipeline::frame::{Frame, FrameOutput, TextureId};
+use nephroid_pipeline::{Surface, Texture};
 
 use super::{LayerRead, LayerSource, TechniqueFrame};
 

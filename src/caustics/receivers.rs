@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::geom::{Aabb, Mesh};
 use crate::passes::geometry_buffer::ReceiverVertex;
-use crate::pipeline::Buffer;
-use crate::scene::water::Water;
-use crate::scene::{Light, Material, Scene, SceneError};
+use nephroid_pipeline::Buffer;
+use nephroid_scene::geom::{Aabb, Mesh};
+use nephroid_scene::water::Water;
+use nephroid_scene::{Light, Material, Scene, SceneError};
 
 /// One object's part of the index buffer.
 #[derive(Clone, Debug)]

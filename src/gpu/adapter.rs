@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::GpuError;
-use crate::pipeline::state::RasterRules;
+use nephroid_pipeline::state::RasterRules;
 
 /// The features that frames can ask for, with the names that wgpu gives them.
 pub(super) const FEATURES: [(wgpu::Features, &str); 5] = [

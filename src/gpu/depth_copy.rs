@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::pipeline::state::TextureFormat;
+use nephroid_pipeline::state::TextureFormat;
 
 const SOURCE: &str = "
 @group(0) @binding(0) var number: texture_2d<f32>;

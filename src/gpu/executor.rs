@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use super::GpuError;
 use super::device::Gpu;
 use super::frame::{GpuFrame, Vertices};
-use crate::frame::cpu::{check_memory, initial_textures};
-use crate::frame::{Executor, Frame, FrameError, FrameObserver, FrameOutput, TextureId, View};
-use crate::pipeline::{Device, PassOutput, Texture};
+use nephroid_pipeline::frame::cpu::{check_memory, initial_textures};
+use nephroid_pipeline::frame::{Executor, Frame, FrameError, FrameObserver, FrameOutput, TextureId, View};
+use nephroid_pipeline::{Device, PassOutput, Texture};
 
 /// Runs whole frames on a driver. The textures are read back at the end; of what passes count, only queries are known.
 pub struct GpuExecutor {

@@ -11,11 +11,11 @@ use super::pull::{Pulled, must_be_pulled, pull};
 use super::resources::{Resources, attachment_view};
 use super::stream::Streamed;
 use super::twin::{PULLED_GROUP, TextureUse, VertexSource};
-use crate::frame::cpu::{check_references, cleared_first, initial_textures, target_size};
-use crate::frame::{BindEntry, Frame, FrameDraw, FrameError, FramePass, PipelineId, TextureId, View};
-use crate::pipeline::sampler::Sampler;
-use crate::pipeline::state::{MAX_COLOR_TARGETS, PixelRect, PrimitiveTopology, Viewport};
-use crate::pipeline::{BindingKind, Device, Texture, TextureDescriptor, TextureShape};
+use nephroid_pipeline::frame::cpu::{check_references, cleared_first, initial_textures, target_size};
+use nephroid_pipeline::frame::{BindEntry, Frame, FrameDraw, FrameError, FramePass, PipelineId, TextureId, View};
+use nephroid_pipeline::sampler::Sampler;
+use nephroid_pipeline::state::{MAX_COLOR_TARGETS, PixelRect, PrimitiveTopology, Viewport};
+use nephroid_pipeline::{BindingKind, Device, Texture, TextureDescriptor, TextureShape};
 
 /// Who shades vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +70,7 @@ impl<'f> GpuFrame<'f> {
         let initial = initial_textures(self.frame).map_err(FrameError::from)?;
         for (number, (texture, cleared)) in initial.iter().zip(cleared_first(self.frame)).enumerate() {
             if !cleared {
-                self.upload(TextureId(number as u32), texture)?;
+                self.upload(TextureId::at(number as u32), texture)?;
             }
         }
         Ok(())
@@ -200,7 +200,7 @@ impl<'f> GpuFrame<'f> {
                 BindingKind::Uniform(bytes) | BindingKind::DynamicUniform(bytes) => Some(*bytes as u64),
                 _ => None,
             });
-            let buffer = |id: crate::frame::BufferId, offset: u64| {
+            let buffer = |id: nephroid_pipeline::frame::BufferId, offset: u64| {
                 wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                     buffer: &self.resources.buffers[id.index()],
                     offset,

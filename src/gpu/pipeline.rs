@@ -3,8 +3,8 @@
 use super::GpuError;
 use super::device::Gpu;
 use super::twin::{TextureUse, Twin, VertexSource};
-use crate::pipeline::RenderPipelineDescriptor;
-use crate::pipeline::state::{
+use nephroid_pipeline::RenderPipelineDescriptor;
+use nephroid_pipeline::state::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, ColorTargetState, ColorWrites, FrontFace, PrimitiveTopology, TextureFormat,
 };
 
@@ -95,7 +95,7 @@ impl Compiled {
 }
 
 fn draws_triangles(desc: &RenderPipelineDescriptor) -> bool {
-    use crate::pipeline::state::GeometryTopology;
+    use nephroid_pipeline::state::GeometryTopology;
     match &desc.program.geometry {
         Some(geometry) => geometry.output == GeometryTopology::TriangleStrip,
         None => desc.primitive.topology.is_triangles(),

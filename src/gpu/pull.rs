@@ -1,10 +1,10 @@
 //! What WebGPU cannot draw, as triangles, lines and points that it can: the vertex and geometry stages run on the software GPU, sprites
 //! and wide lines become triangles, and the driver pulls finished vertices from a buffer.
 
-use crate::frame::{Frame, FrameDraw, FrameError, FramePass, cpu::stream_draw, cpu::target_size};
-use crate::pipeline::shader::flatten_varyings;
-use crate::pipeline::state::{PrimitiveTopology, Viewport};
-use crate::pipeline::{Device, MAX_POINT_SIZE, PrimitiveClass, Texture};
+use nephroid_pipeline::frame::{Frame, FrameDraw, FrameError, FramePass, cpu::stream_draw, cpu::target_size};
+use nephroid_pipeline::shader::flatten_varyings;
+use nephroid_pipeline::state::{PrimitiveTopology, Viewport};
+use nephroid_pipeline::{Device, MAX_POINT_SIZE, PrimitiveClass, Texture};
 
 /// Finished vertices of a draw.
 #[derive(Debug)]

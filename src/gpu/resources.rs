@@ -2,9 +2,9 @@
 
 use super::GpuError;
 use super::device::Gpu;
-use crate::frame::{Frame, TextureId};
-use crate::pipeline::state::TextureFormat;
-use crate::pipeline::{Buffer, ChannelKind, Texture, TextureDescriptor, TextureShape, format_info, quantize_depth};
+use nephroid_pipeline::frame::{Frame, TextureId};
+use nephroid_pipeline::state::TextureFormat;
+use nephroid_pipeline::{Buffer, ChannelKind, Texture, TextureDescriptor, TextureShape, format_info, quantize_depth};
 
 /// Rows in buffers start at multiples of this [WebGPU §copying].
 const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;

@@ -6,12 +6,12 @@ use super::GpuError;
 use super::device::Gpu;
 use super::frame::GpuFrame;
 use super::twin::{PULLED_GROUP, STREAM_GROUP, STREAMED_VERTEX, TextureUse, streamed_vertex};
-use crate::frame::cpu::stream_draw;
-use crate::frame::{BindGroup, BindGroupId, Frame, FrameDraw, FramePass, PipelineId};
-use crate::math::lanes::Lanes;
-use crate::math::vector::v4;
-use crate::pipeline::shader::{Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader, flatten_varyings};
-use crate::pipeline::{Bindings, Device, RenderPipelineDescriptor};
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::v4;
+use nephroid_pipeline::frame::cpu::stream_draw;
+use nephroid_pipeline::frame::{BindGroup, BindGroupId, Frame, FrameDraw, FramePass, PipelineId};
+use nephroid_pipeline::shader::{Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader, flatten_varyings};
+use nephroid_pipeline::{Bindings, Device, RenderPipelineDescriptor};
 
 /// Most workgroups in one direction of a dispatch.
 const MOST_GROUPS: u32 = 65_535;
@@ -75,7 +75,7 @@ impl Streamed {
 
     /// The vertex of every corner of a draw's primitives, in order.
     fn vertex_indices(&self, draw: &FrameDraw, device: &Device) -> Result<Vec<u32>, GpuError> {
-        let draw = FrameDraw { pipeline: PipelineId(0), bind_group: BindGroupId(0), ..draw.clone() };
+        let draw = FrameDraw { pipeline: PipelineId::at(0), bind_group: BindGroupId::at(0), ..draw.clone() };
         let (_, stream) = stream_draw(device, &self.indices, &FramePass::default(), &draw, &[])?;
         Ok(stream.data.chunks_exact(6).map(|v| v[4] as u32 | (v[5] as u32) << 16).collect())
     }

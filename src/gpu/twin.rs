@@ -6,7 +6,7 @@ use naga::front::wgsl;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use super::GpuError;
-use crate::pipeline::shader::{Interpolation, Program};
+use nephroid_pipeline::shader::{Interpolation, Program};
 
 /// Entry point that pulls finished vertices from a buffer instead of shading them.
 pub(super) const PULLED_VERTEX: &str = "nephroid_pulled";
@@ -307,13 +307,13 @@ fn split_attributes(text: &str) -> (String, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::caustics::{RenderOptions, Renderer};
-    use crate::gpu::conformance::program::program;
+    use crate::conformance::program::program;
+    use nephroid_caustics::{RenderOptions, Renderer};
 
     /// Every program of a shipped scene's frame, and the conformance programs.
     fn programs() -> Vec<std::sync::Arc<Program>> {
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pool.ron");
-        let mut scene = crate::scene::load(&path).unwrap();
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/pool.ron");
+        let mut scene = nephroid_scene::load(&path).unwrap();
         (scene.image.width, scene.image.height) = (16, 16);
         scene.time_s = 0.0;
         scene.techniques.caustic_volumes.grid = Some((9, 9));

@@ -4,9 +4,9 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::image::openexr::{self, ExrError};
-use crate::image::png::{self, PngError};
-use crate::image::{LayerError, LayerSet};
+use crate::openexr::{self, ExrError};
+use crate::png::{self, PngError};
+use crate::{LayerError, LayerSet};
 
 /// Temporary names tried before giving up: leftovers of this many killed processes may lie in a folder.
 const MAX_TEMPORARY_FILES: u32 = 1000;
@@ -126,7 +126,7 @@ fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::{Layer, ToneMap};
+    use crate::{Layer, ToneMap};
 
     fn names(folder: &Path) -> Vec<String> {
         let mut names: Vec<String> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();

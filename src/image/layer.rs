@@ -1,6 +1,6 @@
 //! Named float layers: what a render returns and what an EXR holds.
 
-use crate::image::{Image, SizeError};
+use crate::{Image, SizeError};
 
 /// Most channels a layer can have.
 pub const MAX_CHANNELS: usize = 4;

@@ -1,15 +1,15 @@
 //! 8-bit sRGB PNG: the file to look at.
 //!
 //! In: one float layer, linear. Out: the bytes of a PNG with an `sRGB` chunk and no other metadata, so equal layers give equal bytes.
-//! The colours go through [`ToneMap`], the sRGB curve and 8-bit rounding, all defined in [`crate::image::tone`].
+//! The colours go through [`ToneMap`], the sRGB curve and 8-bit rounding, all defined in [`crate::tone`].
 //! Decoding takes any PNG (palette, 1 to 16 bits, interlaced) and gives display-referred linear light in `0..=1`; the tone map is not undone.
 
 use std::io::Cursor;
 
 use rayon::prelude::*;
 
-use crate::image::tone::{ToneMap, quantize_8bit, srgb_decode, srgb_encode};
-use crate::image::{Image, Layer, LayerError, SizeError};
+use crate::tone::{ToneMap, quantize_8bit, srgb_decode, srgb_encode};
+use crate::{Image, Layer, LayerError, SizeError};
 
 /// Name of the layer that [`decode`] gives.
 pub const DECODED_NAME: &str = "color";

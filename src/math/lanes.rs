@@ -346,7 +346,7 @@ mod tests {
     use fearless_simd::dispatch;
 
     use super::*;
-    use crate::math::level::available_levels;
+    use crate::level::available_levels;
 
     /// NaN and both zeros beside ordinary numbers, so that processors' own minima and maxima are held to the definition.
     #[test]

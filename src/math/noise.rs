@@ -349,7 +349,7 @@ mod tests {
     fn many_points_have_the_bits_of_one() {
         let fbm = Fbm::default();
         for (x, y, z) in points(20_000) {
-            let lanes = fbm.at3_lanes(crate::math::vector::v3(x, y, z), 5);
+            let lanes = fbm.at3_lanes(crate::vector::v3(x, y, z), 5);
             assert_eq!(lanes.to_bits(), fbm.at3(x, y, z, 5).to_bits(), "{x} {y} {z}");
         }
     }

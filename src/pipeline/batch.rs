@@ -5,9 +5,9 @@
 use fearless_simd::{Level, Simd, SimdMask, f32x16, mask32x16};
 use fearless_simd_macros::simd;
 
-use crate::math::lanes::{Lanes, Mask};
-use crate::math::level::wide_dispatch;
-use crate::math::vector::v4;
+use nephroid_math::lanes::{Lanes, Mask};
+use nephroid_math::level::wide_dispatch;
+use nephroid_math::vector::v4;
 
 use super::bindings::Bindings;
 use super::shader::{

@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
 
-use crate::math::lanes::Lanes;
+use nephroid_math::lanes::Lanes;
 
 use super::format::{ChannelKind, FormatInfo, Quantizer};
 use super::state::{BlendComponent, BlendFactor, BlendOperation, BlendState, ColorTargetState, ColorWrites, F16Rounding};

@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, SimdFrom, f32x16, i32x16};
 
-use crate::math::lanes::{Lanes, lanes_from_i32};
+use nephroid_math::lanes::{Lanes, lanes_from_i32};
 
 use super::bins::{Record, flag};
 use super::coarse_depth::{CoarseDepth, CoarsePlane};

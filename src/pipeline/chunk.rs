@@ -3,7 +3,7 @@
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
-use crate::math::level::{baseline, wide_dispatch};
+use nephroid_math::level::{baseline, wide_dispatch};
 
 use super::assemble::Assembly;
 use super::bindings::Bindings;

@@ -5,7 +5,7 @@
 
 use fearless_simd::{Simd, SimdFrom, SimdMask, f32x16, i32x16, mask32x16};
 
-use crate::math::lanes::{Lanes, lanes_from_i32};
+use nephroid_math::lanes::{Lanes, lanes_from_i32};
 
 use super::raster::{LANE_X, LANE_Y};
 use super::state::CompareFunction;

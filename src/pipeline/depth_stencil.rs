@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, SimdBase, SimdInt, SimdMask, mask8x16, u8x16, u8x64};
 
-use crate::math::lanes::Lanes;
+use nephroid_math::lanes::Lanes;
 
 use super::state::{CompareFunction, StencilFaceState, StencilOperation};
 

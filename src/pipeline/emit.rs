@@ -2,7 +2,7 @@
 //!
 //! Everything is handled here; small primitives take a shorter way (`small.rs`).
 
-use crate::math::lanes::Lanes;
+use nephroid_math::lanes::Lanes;
 
 use super::bins::{Prepared, flag};
 use super::chunk::ChunkOutput;

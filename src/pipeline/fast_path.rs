@@ -5,7 +5,7 @@
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16, mask8x16, mask32x16, u8x16, u8x64};
 use fearless_simd_macros::simd;
 
-use crate::math::lanes::Lanes;
+use nephroid_math::lanes::Lanes;
 
 use super::bins::{Record, flag};
 use super::blend::TargetPlan;

@@ -75,12 +75,12 @@ mod tests {
     use std::ops::Range;
 
     use super::*;
-    use crate::math::lanes::Lanes;
-    use crate::pipeline::render_pipeline::RenderPipelineDescriptor;
-    use crate::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Program, VertexInput, VertexOutput, VertexShader};
-    use crate::pipeline::state::{
+    use crate::render_pipeline::RenderPipelineDescriptor;
+    use crate::shader::{FragmentInput, FragmentOutput, FragmentShader, Program, VertexInput, VertexOutput, VertexShader};
+    use crate::state::{
         CompareFunction, DepthBiasState, DepthStencilState, Face, PrimitiveState, RasterRules, StencilState, TextureFormat, Viewport,
     };
+    use nephroid_math::lanes::Lanes;
 
     struct Nowhere;
 
@@ -144,7 +144,7 @@ mod tests {
             Draw { base_vertex: 1, ..first() },
             Draw { instances: 1..2, ..first() },
             Draw { viewport: Viewport::full(32, 64), ..first() },
-            Draw { scissor: crate::pipeline::state::PixelRect::full(32, 64), ..first() },
+            Draw { scissor: crate::state::PixelRect::full(32, 64), ..first() },
             Draw { stream_out: Some(0), ..first() },
         ];
         for other in others {

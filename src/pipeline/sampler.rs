@@ -4,8 +4,8 @@
 //! its places and weights for all lanes together and only gathers lane by lane ([`bilinear`]); the bits are the same.
 //! Weights are f32 without the 8-bit rounding that GPUs apply (`subTexelPrecisionBits`), so linear filtering is exact here and within 2^-8 there.
 
-use crate::math::lanes::Lanes;
-use crate::math::vector::{V2, V3, V4, v2, v4};
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::{V2, V3, V4, v2, v4};
 
 use super::depth_stencil::{compare, compare_lanes};
 use super::format::ChannelKind;

@@ -6,8 +6,8 @@
 
 use std::sync::Arc;
 
-use crate::math::lanes::Lanes;
-use crate::math::vector::{V2, V3, V4, v2, v3, v4};
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::{V2, V3, V4, v2, v3, v4};
 
 pub use super::batch::{Execution, FragmentStage, ShadeBatch, ShadeItem, ShadeSource, ShaderWidth, VertexBatch, VertexStage};
 use super::bindings::{BindingKind, Bindings};

@@ -7,7 +7,7 @@
 //! format's own bytes in rows, needs a conversion on each tile load and store and a gather for each block read by a shader.
 //! The price is memory: an 8-bit channel takes four bytes, and sizes round up to whole tiles.
 
-use crate::math::lanes::Lanes;
+use nephroid_math::lanes::Lanes;
 
 use super::format::{ChannelKind, FormatInfo, decode_texel, depth_value, encode_texel, format_info};
 use super::state::TextureFormat;

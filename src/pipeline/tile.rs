@@ -6,8 +6,8 @@
 use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
 use fearless_simd_macros::simd;
 
-use crate::math::lanes::Lanes;
-use crate::math::level::{baseline, wide_dispatch};
+use nephroid_math::lanes::Lanes;
+use nephroid_math::level::{baseline, wide_dispatch};
 
 use super::bins::{Record, flag};
 use super::block_depth::{BlockDepth, clamp_depth, quantized};

@@ -4,7 +4,7 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdCvtTruncate, f32x16, i32x16};
 
-use crate::math::lanes::Lanes;
+use nephroid_math::lanes::Lanes;
 
 use super::viewport::{ViewTransform, WindowVertex};
 

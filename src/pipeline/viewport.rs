@@ -1,6 +1,6 @@
 //! Clip coordinates to framebuffer coordinates: divide, viewport, snap; and which clip planes a vertex is outside of.
 
-use crate::math::lanes::Lanes;
+use nephroid_math::lanes::Lanes;
 
 use super::state::{ClipVolume, PixelRect, RasterRules, Viewport, ViewportArithmetic};
 

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::math::space::sin_cos_deg;
+use nephroid_math::space::sin_cos_deg;
 
 use super::check::{At, Invalid};
 

@@ -9,7 +9,7 @@ fn scene(camera: &str) -> Scene {
          Directional(aim: Along(0, -1, 0), irradiance: (1, 1, 1))], environment: (sun_disc: ()), \
          water: (model: AxisCosine()))"
     );
-    crate::scene::parse(&text, "keys", Path::new("")).unwrap()
+    crate::parse(&text, "keys", Path::new("")).unwrap()
 }
 
 fn perspective() -> Scene {
@@ -151,7 +151,7 @@ fn settings_name_their_default() {
     for setting in SETTINGS.iter().filter(|setting| setting.default != "-") {
         let text =
             "(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), environment: (sun_disc: ()), water: (model: AxisCosine()))";
-        let scene = crate::scene::parse(text, "defaults", Path::new("")).unwrap();
+        let scene = crate::parse(text, "defaults", Path::new("")).unwrap();
         assert_eq!((setting.get)(&scene).as_deref(), Some(setting.default), "{}", setting.key);
     }
 }

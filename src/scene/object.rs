@@ -3,7 +3,7 @@
 use glam::{Mat4, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::math::space;
+use nephroid_math::space;
 
 use super::check::{At, Invalid};
 use super::material::Material;

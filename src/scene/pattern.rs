@@ -6,9 +6,9 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::math::lanes::Lanes;
-use crate::math::noise::Fbm;
-use crate::math::vector::{V2, V3, v2, v3};
+use nephroid_math::lanes::Lanes;
+use nephroid_math::noise::Fbm;
+use nephroid_math::vector::{V2, V3, v2, v3};
 
 use super::material::{Albedo, MAX_TILE_COLOURS};
 

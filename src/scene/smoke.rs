@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use crate::math::noise::Fbm;
+use nephroid_math::noise::Fbm;
 
 use super::check::{At, Invalid};
 

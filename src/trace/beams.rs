@@ -14,9 +14,9 @@ use obvhs::bvh2::Bvh2;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use obvhs::ray::Ray as BoxRay;
 
-use crate::geom::Ray;
-use crate::math::optics::henyey_greenstein;
-use crate::scene::Medium;
+use nephroid_math::optics::henyey_greenstein;
+use nephroid_scene::Medium;
+use nephroid_scene::geom::Ray;
 
 use super::eye::Stretch;
 use super::media::{Place, SmokeBox, Tracking, even_transmittance};

@@ -11,10 +11,10 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::geom::Aabb;
-use crate::math::rng::rng3;
-use crate::math::space::sin_cos_deg;
-use crate::scene::{Light, spot_falloff};
+use nephroid_math::rng::rng3;
+use nephroid_math::space::sin_cos_deg;
+use nephroid_scene::geom::Aabb;
+use nephroid_scene::{Light, spot_falloff};
 
 /// Cells of the grid along each of a light's two coordinates.
 const CELLS: u32 = 256;

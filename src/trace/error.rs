@@ -1,6 +1,6 @@
 //! Why a scene cannot be traced.
 
-use crate::scene::SceneError;
+use nephroid_scene::SceneError;
 
 /// Why a scene cannot be traced.
 #[derive(Debug, thiserror::Error)]

@@ -5,9 +5,9 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::math::optics::{fresnel_transmittance, reflect, refract};
-use crate::math::vector::v3;
-use crate::scene::{Camera, Scene};
+use nephroid_math::optics::{fresnel_transmittance, reflect, refract};
+use nephroid_math::vector::v3;
+use nephroid_scene::{Camera, Scene};
 
 use super::media::Place;
 use super::tree::NONE;

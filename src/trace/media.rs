@@ -6,9 +6,9 @@
 
 use glam::Vec3;
 
-use crate::geom::{Aabb, Ray};
-use crate::math::rng::{rng3, unit_from_bits};
-use crate::scene::{DensityGrid, Medium, Smoke};
+use nephroid_math::rng::{rng3, unit_from_bits};
+use nephroid_scene::geom::{Aabb, Ray};
+use nephroid_scene::{DensityGrid, Medium, Smoke};
 
 /// Keeps the random numbers of tracking apart from all others.
 const STREAM_TRACKING: u32 = 0x7ac4_0000;
@@ -124,7 +124,7 @@ pub(super) enum Place {
 
 /// Transmittance of an even medium, linear RGB; 0 over an infinite way through anything but nothing.
 pub(super) fn even_transmittance(sigma_t: Vec3, length: f32) -> Vec3 {
-    let share = |sigma: f32| if sigma == 0.0 { 1.0 } else { crate::math::optics::beer_lambert(sigma, length) };
+    let share = |sigma: f32| if sigma == 0.0 { 1.0 } else { nephroid_math::optics::beer_lambert(sigma, length) };
     Vec3::new(share(sigma_t.x), share(sigma_t.y), share(sigma_t.z))
 }
 
@@ -149,7 +149,7 @@ impl SmokeBox {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Density;
+    use nephroid_scene::Density;
 
     fn smoke(density: Density) -> SmokeBox {
         SmokeBox::new(&Smoke {

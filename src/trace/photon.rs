@@ -6,11 +6,11 @@
 use fearless_simd::Level;
 use glam::Vec3;
 
-use crate::geom::Ray;
-use crate::math::optics::{fresnel_reflectance, reflect, refract};
-use crate::math::rng::{rng3, unit_from_bits};
-use crate::math::vector::{V3, v3};
-use crate::scene::Medium;
+use nephroid_math::optics::{fresnel_reflectance, reflect, refract};
+use nephroid_math::rng::{rng3, unit_from_bits};
+use nephroid_math::vector::{V3, v3};
+use nephroid_scene::Medium;
+use nephroid_scene::geom::Ray;
 
 use super::audit::{Audit, sum};
 use super::beams::Beam;

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::scene::MeasuringPlane;
+use nephroid_scene::MeasuringPlane;
 
 /// Light that ends within this share of a stretch's length behind its end still counts, so that a plane in a surface measures what lands there.
 const REACH: f32 = 1.0e-5;

@@ -5,7 +5,7 @@
 
 use glam::Vec3;
 
-use crate::scene::{Material, Scene};
+use nephroid_scene::{Material, Scene};
 
 /// Wavelengths of red, green and blue, μm.
 const COLOURS_UM: [f64; 3] = [0.650, 0.550, 0.450];

@@ -1,6 +1,6 @@
 //! A run as bytes, so that it can go on after an interruption: the same bits as if there had been none.
 
-use crate::scene::Scene;
+use nephroid_scene::Scene;
 
 use super::audit::Audit;
 use super::error::TraceError;

@@ -4,8 +4,8 @@ use fearless_simd::Level;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::geom::Aabb;
-use crate::scene::Scene;
+use nephroid_scene::Scene;
+use nephroid_scene::geom::Aabb;
 
 use super::audit::Audit;
 use super::beams::{Beam, BeamTree};
@@ -378,7 +378,7 @@ fn gather(tree: &BeamTree<'_>, view: &[Stretch], pixel: u32, (sigma_t, smoke): (
             passed *= match (stretch.place, smoke) {
                 (Place::Water, _) => even_transmittance(sigma_t, stretch.length),
                 (Place::Air, Some(smoke)) => {
-                    let ray = crate::geom::Ray { origin: stretch.origin, direction: stretch.direction };
+                    let ray = nephroid_scene::geom::Ray { origin: stretch.origin, direction: stretch.direction };
                     let mut tracking = Tracking { key: [key[0] ^ pixel, key[1] ^ (number as u32 + 1) << 24], drawn: 0 };
                     smoke.transmittance(ray, stretch.length, &mut tracking)
                 }

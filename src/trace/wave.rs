@@ -8,11 +8,11 @@ use fearless_simd::{Simd, f32x16};
 use fearless_simd_macros::simd;
 use glam::Vec3;
 
-use crate::geom::Ray;
-use crate::math::lanes::{Lanes, Mask as _};
-use crate::math::level::wide_dispatch;
-use crate::math::optics::{fresnel_reflectance, reflect, refract};
-use crate::math::vector::{V3, v3};
+use nephroid_math::lanes::{Lanes, Mask as _};
+use nephroid_math::level::wide_dispatch;
+use nephroid_math::optics::{fresnel_reflectance, reflect, refract};
+use nephroid_math::vector::{V3, v3};
+use nephroid_scene::geom::Ray;
 
 use super::audit::{Audit, sum};
 use super::emit::Start;

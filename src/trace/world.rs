@@ -3,8 +3,8 @@
 use fearless_simd::Level;
 use glam::Vec3;
 
-use crate::geom::{Aabb, Mesh};
-use crate::scene::{Camera, Light, Material, Scene};
+use nephroid_scene::geom::{Aabb, Mesh};
+use nephroid_scene::{Camera, Light, Material, Scene};
 
 use super::error::TraceError;
 use super::tree::{Hit, Hits, NONE, Packet, Tree};
@@ -250,7 +250,7 @@ mod tests {
 
     fn world(objects: &str) -> Result<World, TraceError> {
         let text = format!("(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), objects: [{objects}])");
-        World::new(&crate::scene::parse(&text, "world", Path::new("")).unwrap(), None, Level::new())
+        World::new(&nephroid_scene::parse(&text, "world", Path::new("")).unwrap(), None, Level::new())
     }
 
     #[test]
@@ -268,16 +268,16 @@ mod tests {
     fn nearest_hits_are_those_of_every_triangle_asked() {
         let world = world("(shape: TorusKnot(segments: 96, sides: 12)), (shape: Figure(height_m: 1, resolution: 24))").unwrap();
         for k in 0..4000_u32 {
-            let [a, b, c] = crate::math::rng::uniform3(5, 0, k).map(|u| u * 2.0 - 1.0);
-            let [d, e, f] = crate::math::rng::uniform3(5, 1, k).map(|u| u - 0.5);
+            let [a, b, c] = nephroid_math::rng::uniform3(5, 0, k).map(|u| u * 2.0 - 1.0);
+            let [d, e, f] = nephroid_math::rng::uniform3(5, 1, k).map(|u| u - 0.5);
             let (origin, direction) = (Vec3::new(a, b, c), Vec3::new(d, e, f).normalize());
-            let ray = crate::geom::Ray { origin, direction };
+            let ray = nephroid_scene::geom::Ray { origin, direction };
             let brute =
                 world.triangles.iter().filter_map(|t| ray.meet_triangle([t.a, t.b, t.c])).map(|hit| hit.t).fold(f32::INFINITY, f32::min);
             let hit = world.nearest(origin, direction, f32::INFINITY, NONE);
             let found = hit.map_or(f32::INFINITY, |hit| hit.t);
             assert!(found == brute || (found - brute).abs() < 1e-4, "ray {k}: {found}, one by one {brute}");
-            for (name, level) in crate::math::level::available_levels() {
+            for (name, level) in nephroid_math::level::available_levels() {
                 let again = world.all.as_ref().unwrap().nearest(level, origin, direction, f32::INFINITY, NONE);
                 assert_eq!(again, hit, "ray {k} at level {name}");
             }
@@ -295,11 +295,11 @@ mod tests {
         let (mut met, mut missed) = (0, 0);
         for k in 0..600_u32 {
             let spread = [0.0, 0.01, 0.1, 1.0][k as usize % 4];
-            let [a, b, c] = crate::math::rng::uniform3(6, 0, k).map(|u| u * 2.0 - 1.0);
-            let [d, e, f] = crate::math::rng::uniform3(6, 1, k).map(|u| u - 0.5);
+            let [a, b, c] = nephroid_math::rng::uniform3(6, 0, k).map(|u| u * 2.0 - 1.0);
+            let [d, e, f] = nephroid_math::rng::uniform3(6, 1, k).map(|u| u - 0.5);
             let (mut origins, mut directions, mut limits, mut skips) = ([[0.0; 16]; 3], [[0.0; 16]; 3], [0.0; 16], [NONE; 16]);
             for ray in 0..16 {
-                let [u, v, w] = crate::math::rng::uniform3(7 + ray as u32, 0, k).map(|u| (u - 0.5) * spread);
+                let [u, v, w] = nephroid_math::rng::uniform3(7 + ray as u32, 0, k).map(|u| (u - 0.5) * spread);
                 let (origin, direction) = (Vec3::new(a + u, b + v, c + w), (Vec3::new(d, e, f) + Vec3::new(v, w, u)).normalize());
                 for axis in 0..3 {
                     (origins[axis][ray], directions[axis][ray]) = (origin[axis], direction[axis]);
@@ -313,7 +313,7 @@ mod tests {
             }
             let active = if k % 7 == 0 { 0x5ac3 } else { 0xffff };
             let packet = Packet { origin: origins.each_ref(), direction: directions.each_ref(), skip: &skips };
-            for (name, level) in crate::math::level::available_levels() {
+            for (name, level) in nephroid_math::level::available_levels() {
                 let mut hits = Hits { t: limits, triangles: [NONE; 16] };
                 tree.nearest_of_packet(level, &packet, active, &mut hits);
                 for ray in 0..16 {
@@ -359,7 +359,7 @@ mod tests {
         assert_eq!(glass("UvSphere(radius_m: 1)", "").unwrap().turned, 0);
         let lit = "(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), lights: [Point(position: (0.1, 0, 0), intensity: (1, 1, 1))], \
                    objects: [(shape: Cuboid(size_m: (1, 1, 1)))])";
-        let scene = crate::scene::parse(lit, "lit", Path::new("")).unwrap();
+        let scene = nephroid_scene::parse(lit, "lit", Path::new("")).unwrap();
         let inside = World::new(&scene, None, Level::new()).err().unwrap().to_string();
         assert!(inside.starts_with("light 0 at (0.1, 0, 0) is inside object 0"), "{inside}");
     }
@@ -367,7 +367,7 @@ mod tests {
     #[test]
     fn glass_that_faces_in_is_turned_over_and_counted() {
         let scene = "(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), objects: [(shape: UvSphere(), material: Dielectric())])";
-        let scene = crate::scene::parse(scene, "turned", Path::new("")).unwrap();
+        let scene = nephroid_scene::parse(scene, "turned", Path::new("")).unwrap();
         let mut mesh = scene.mesh(0).unwrap();
         for triangle in mesh.indices.chunks_exact_mut(3) {
             triangle.swap(1, 2);

@@ -4,17 +4,17 @@ use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 
-use crate::caustics::beams::{Beam, LightBeams};
-use crate::caustics::receivers::Receivers;
-use crate::caustics::stage::light::StageLight;
-use crate::caustics::stage::state::{ADDITIVE, clear_or_keep, depth_state, target};
-use crate::caustics::stage::{Stage, View};
-use crate::frame::{BindEntry, DepthTarget, FrameDraw, FramePass, TextureId};
-use crate::pipeline::sampler::Sampler;
-use crate::pipeline::state::{CompareFunction, DepthBiasState, Face, PrimitiveState, PrimitiveTopology, TextureFormat};
-use crate::pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
-use crate::scene::water::HeightField;
-use crate::scene::{CausticVolumes, Faces, Scene};
+use crate::beams::{Beam, LightBeams};
+use crate::receivers::Receivers;
+use crate::stage::light::StageLight;
+use crate::stage::state::{ADDITIVE, clear_or_keep, depth_state, target};
+use crate::stage::{Stage, View};
+use nephroid_pipeline::frame::{BindEntry, DepthTarget, FrameDraw, FramePass, TextureId};
+use nephroid_pipeline::sampler::Sampler;
+use nephroid_pipeline::state::{CompareFunction, DepthBiasState, Face, PrimitiveState, PrimitiveTopology, TextureFormat};
+use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
+use nephroid_scene::water::HeightField;
+use nephroid_scene::{CausticVolumes, Faces, Scene};
 
 use super::shaders::{self, VolumeUniform};
 

@@ -173,7 +173,7 @@ impl Hull {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::rng::uniform3;
+    use nephroid_math::rng::uniform3;
 
     fn random_beam(i: u32, spread: f64) -> Hull {
         let r = |k: u32| uniform3(7, k, i).map(|v| f64::from(v) - 0.5);

@@ -18,9 +18,9 @@ pub mod frame;
 pub mod hull;
 pub mod shaders;
 
-use crate::pipeline::Device;
-use crate::scene::water::WaterSim;
-use crate::scene::{Radiometry, Scene};
+use nephroid_pipeline::Device;
+use nephroid_scene::water::WaterSim;
+use nephroid_scene::{Radiometry, Scene};
 
 use super::{FrameSource, LayerRead, LayerSource, Receivers, RenderError, Technique, TechniqueFrame, beams, stage};
 

@@ -7,22 +7,22 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec4};
 
-use crate::math::lanes::{Lanes, Mask};
-use crate::math::optics::beer_lambert_rgb;
-use crate::math::vector::{V3, v2, v3, v4};
 use crate::passes::camera::CameraUniform;
 use crate::passes::shadow_map::LightUniform;
-use crate::pipeline::sampler::sample_compare;
-use crate::pipeline::shader::{
+use nephroid_math::lanes::{Lanes, Mask};
+use nephroid_math::optics::beer_lambert_rgb;
+use nephroid_math::vector::{V3, v2, v3, v4};
+use nephroid_pipeline::sampler::sample_compare;
+use nephroid_pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Geometry, GeometryInput, GeometryOutput, GeometryShader, Interpolation, Program,
     Varying, VertexInput, VertexOutput, VertexShader,
 };
-use crate::pipeline::state::GeometryTopology;
-use crate::pipeline::{BindingKind, Bindings};
-use crate::scene::Radiometry;
+use nephroid_pipeline::state::GeometryTopology;
+use nephroid_pipeline::{BindingKind, Bindings};
+use nephroid_scene::Radiometry;
 
 use super::hull::{MAX_FACES, hull};
-use crate::caustics::beams::Beam;
+use crate::beams::Beam;
 
 /// Uniforms of the volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

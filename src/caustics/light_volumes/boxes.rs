@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-use crate::caustics::Receivers;
-use crate::geom::Aabb;
+use crate::Receivers;
 use crate::passes::geometry_buffer::ReceiverVertex;
+use nephroid_scene::geom::Aabb;
 
 /// Added on every side, as a share of the size of everything: a receiver that lies in a side of its box is inside of it after rounding, too.
 const MARGIN: f32 = 1.0e-4;

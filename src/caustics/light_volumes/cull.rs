@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::{Vec3, Vec4Swizzles as _};
 use rayon::prelude::*;
 
-use crate::caustics::beams::{Beam, LightBeams, NONE};
-use crate::geom::{Frustum, Plane};
+use crate::beams::{Beam, LightBeams, NONE};
 use crate::passes::camera::CameraUniform;
+use nephroid_scene::geom::{Frustum, Plane};
 
 use super::hierarchy::{Hierarchy, Node, Rect, Span, triangles};
 use super::reach::Reach;
@@ -89,7 +89,7 @@ impl<'a> Scope<'a> {
 
     /// A point as it appears through the water surface, see [`CameraUniform::raise`].
     fn raised(&self, p: Vec3) -> Vec3 {
-        let v = self.camera.raise(crate::math::vector::v3(p.x, p.y, p.z));
+        let v = self.camera.raise(nephroid_math::vector::v3(p.x, p.y, p.z));
         Vec3::new(v.x, v.y, v.z)
     }
 

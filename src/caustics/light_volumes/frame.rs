@@ -5,19 +5,19 @@ use std::sync::Arc;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use crate::caustics::beams::LightBeams;
-use crate::caustics::stage::light::StageLight;
-use crate::caustics::stage::state::{ADDITIVE, clear, clear_or_keep, target};
-use crate::caustics::stage::{Stage, View};
-use crate::frame::{BindEntry, DepthTarget, FrameDraw, FrameIndex, FramePass, TextureId};
+use crate::beams::LightBeams;
 use crate::passes::fullscreen;
-use crate::pipeline::sampler::Sampler;
-use crate::pipeline::state::{
+use crate::stage::light::StageLight;
+use crate::stage::state::{ADDITIVE, clear, clear_or_keep, target};
+use crate::stage::{Stage, View};
+use nephroid_pipeline::frame::{BindEntry, DepthTarget, FrameDraw, FrameIndex, FramePass, TextureId};
+use nephroid_pipeline::sampler::Sampler;
+use nephroid_pipeline::state::{
     ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, IndexFormat, PrimitiveState, StencilFaceState,
     StencilOperation, StencilState, TextureFormat,
 };
-use crate::pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
-use crate::scene::{Gather, LightVolumes, Radiometry, Scene};
+use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
+use nephroid_scene::{Gather, LightVolumes, Radiometry, Scene};
 
 use super::cull::Drawn;
 use super::shaders::{self, BeamSlot, BeamsUniform, RelightUniform};
@@ -175,7 +175,7 @@ impl LightPass<'_> {
     }
 
     /// States of the colour targets, and how each starts.
-    fn attachments(&self, targets: &Targets) -> (Vec<Option<ColorTargetState>>, Vec<Option<crate::frame::ColorTarget>>) {
+    fn attachments(&self, targets: &Targets) -> (Vec<Option<ColorTargetState>>, Vec<Option<nephroid_pipeline::frame::ColorTarget>>) {
         let first = self.number == 0;
         // Sums are of one light; irradiance, direction and count of all.
         let mut slots: Vec<Option<(TextureId, bool, TextureFormat)>> = match targets.sums.as_slice() {

@@ -9,7 +9,7 @@ use std::ops::Range;
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles as _};
 use rayon::prelude::*;
 
-use crate::caustics::beams::{LightBeams, NONE};
+use crate::beams::{LightBeams, NONE};
 
 /// Rectangles are widened by this share of their coordinates: as much as rounding can put a ray beside them.
 const SLACK: f32 = 1.0e-5;
@@ -214,7 +214,7 @@ impl Around {
         Self { planes_y: [span.top_y, span.bottom_y], low: [Vec4::INFINITY; 2], high: [Vec4::NEG_INFINITY; 2] }
     }
 
-    /// Adds a ray, as [`Beam`](crate::caustics::beams::Beam) has it; nothing if it is none.
+    /// Adds a ray, as [`Beam`](crate::beams::Beam) has it; nothing if it is none.
     #[inline(always)]
     fn add(&mut self, g: Vec4, d: Vec4) {
         for k in 0..2 {

@@ -31,10 +31,10 @@ pub mod specular;
 
 use glam::Vec3;
 
-use crate::geom::Aabb;
-use crate::pipeline::Device;
-use crate::scene::water::{HeightField, WaterSim};
-use crate::scene::{BeamCulling, Radiometry, Scene};
+use nephroid_pipeline::Device;
+use nephroid_scene::geom::Aabb;
+use nephroid_scene::water::{HeightField, WaterSim};
+use nephroid_scene::{BeamCulling, Radiometry, Scene};
 
 use super::beams::{self, LightBeams};
 use super::stage::light::StageLight;

@@ -8,20 +8,20 @@ use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 
-use crate::caustics::stage::Stage;
-use crate::caustics::stage::state::depth_state;
-use crate::caustics::{Receivers, RenderError};
-use crate::frame::{
+use crate::passes::geometry_buffer::{self, MaterialUniform, ReceiverVertex};
+use crate::stage::Stage;
+use crate::stage::state::depth_state;
+use crate::{Receivers, RenderError};
+use nephroid_math::space::sin_cos_deg;
+use nephroid_pipeline::frame::{
     BindEntry, BindGroupId, DepthTarget, Frame, FrameDraw, FrameError, FramePass, PipelineId, TextureId, initial_textures, pipelines,
     run_frame_pass,
 };
-use crate::geom::Aabb;
-use crate::math::space::sin_cos_deg;
-use crate::passes::geometry_buffer::{self, MaterialUniform, ReceiverVertex};
-use crate::pipeline::shader::Program;
-use crate::pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
-use crate::pipeline::{Buffer, Device, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
-use crate::scene::{Camera, Material, Scene};
+use nephroid_pipeline::shader::Program;
+use nephroid_pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
+use nephroid_pipeline::{Buffer, Device, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
+use nephroid_scene::geom::Aabb;
+use nephroid_scene::{Camera, Material, Scene};
 
 use super::boxes::ReceiverBox;
 use super::shadow::QUERIES_PER_PASS;

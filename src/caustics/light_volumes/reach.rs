@@ -5,7 +5,7 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::caustics::Receivers;
+use crate::Receivers;
 
 use super::boxes::{ReceiverBox, margin};
 use super::hierarchy::{Rect, Span};

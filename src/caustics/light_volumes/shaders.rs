@@ -8,19 +8,19 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
-use crate::caustics::beams::Beam;
-use crate::math::lanes::Lanes;
-use crate::math::optics::beer_lambert_rgb;
-use crate::math::vector::{V2, V3, V4, v2, v3, v4};
+use crate::beams::Beam;
 use crate::passes::camera::CameraUniform;
 use crate::passes::fullscreen::FullscreenVertex;
 use crate::passes::shadow_map::LightUniform;
-use crate::pipeline::sampler::sample_compare;
-use crate::pipeline::shader::{
+use nephroid_math::lanes::Lanes;
+use nephroid_math::optics::beer_lambert_rgb;
+use nephroid_math::vector::{V2, V3, V4, v2, v3, v4};
+use nephroid_pipeline::sampler::sample_compare;
+use nephroid_pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
 };
-use crate::pipeline::{BindingKind, Bindings};
-use crate::scene::{EnergyAt, Gather, Radiometry};
+use nephroid_pipeline::{BindingKind, Bindings};
+use nephroid_scene::{EnergyAt, Gather, Radiometry};
 
 use super::slices::SliceVertex;
 
@@ -103,8 +103,8 @@ pub fn beam_program(radiometry: Radiometry, gather: Gather, energy: EnergyAt) ->
             varyings: vec![varying("intensity", Interpolation::Perspective), varying("ray", Interpolation::Perspective)],
             wgsl: Some(concat!(
                 include_str!("../../math/optics.wgsl"),
-                include_str!("../../passes/camera.wgsl"),
-                include_str!("../../passes/shadow_map.wgsl"),
+                include_str!("../passes/camera.wgsl"),
+                include_str!("../passes/shadow_map.wgsl"),
                 include_str!("beam.wgsl"),
                 include_str!("lit.wgsl"),
                 include_str!("targets.wgsl"),
@@ -118,8 +118,8 @@ pub fn beam_program(radiometry: Radiometry, gather: Gather, energy: EnergyAt) ->
             varyings: vec![varying("lit", Interpolation::Flat)],
             wgsl: Some(concat!(
                 include_str!("../../math/optics.wgsl"),
-                include_str!("../../passes/camera.wgsl"),
-                include_str!("../../passes/shadow_map.wgsl"),
+                include_str!("../passes/camera.wgsl"),
+                include_str!("../passes/shadow_map.wgsl"),
                 include_str!("beam.wgsl"),
                 include_str!("lit.wgsl"),
                 include_str!("targets.wgsl"),
@@ -136,7 +136,7 @@ pub fn beam_program(radiometry: Radiometry, gather: Gather, energy: EnergyAt) ->
 pub fn relight_program() -> Arc<Program> {
     Arc::new(Program {
         bindings: RELIGHT_BINDINGS.to_vec(),
-        wgsl: Some(concat!(include_str!("../../passes/fullscreen.wgsl"), include_str!("relight.wgsl"))),
+        wgsl: Some(concat!(include_str!("../passes/fullscreen.wgsl"), include_str!("relight.wgsl"))),
         ..Program::new("light_volume_relight", FullscreenVertex, Relight)
     })
 }

@@ -10,17 +10,17 @@ use std::sync::Arc;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
-use crate::caustics::receivers::ReceiverGroup;
-use crate::caustics::stage::state::depth_state;
-use crate::caustics::{Receivers, RenderError};
-use crate::frame::{BindEntry, BindGroupId, BufferId, DepthTarget, Frame, FrameDraw, FramePass, PipelineId, TextureId};
-use crate::frame::{initial_textures, pipelines, run_frame_pass};
-use crate::geom::Aabb;
 use crate::passes::geometry_buffer::ReceiverVertex;
 use crate::passes::shadow_map::{LightUniform, air_program};
-use crate::pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
-use crate::pipeline::{Buffer, Device, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
-use crate::scene::water::HeightField;
+use crate::receivers::ReceiverGroup;
+use crate::stage::state::depth_state;
+use crate::{Receivers, RenderError};
+use nephroid_pipeline::frame::{BindEntry, BindGroupId, BufferId, DepthTarget, Frame, FrameDraw, FramePass, PipelineId, TextureId};
+use nephroid_pipeline::frame::{initial_textures, pipelines, run_frame_pass};
+use nephroid_pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
+use nephroid_pipeline::{Buffer, Device, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
+use nephroid_scene::geom::Aabb;
+use nephroid_scene::water::HeightField;
 
 use super::hierarchy::{Cells, Hierarchy, triangles};
 
@@ -194,8 +194,8 @@ impl Queries<'_> {
         // A frame of its own to count in.
         let mut counting = Frame { rules: frame.rules, ..Frame::default() };
         let prepared = self.prepare(&mut counting);
-        let mut textures = initial_textures(&counting).map_err(crate::frame::FrameError::from)?;
-        let made = pipelines(&counting).map_err(crate::frame::FrameError::from)?;
+        let mut textures = initial_textures(&counting).map_err(nephroid_pipeline::frame::FrameError::from)?;
+        let made = pipelines(&counting).map_err(nephroid_pipeline::frame::FrameError::from)?;
         run_frame_pass(device, &counting, &made, &counting.passes[0], &mut textures, None)?;
         let again = self.prepare(frame);
         let nodes = &self.hierarchy.nodes;

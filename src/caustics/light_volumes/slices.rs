@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::pipeline::Buffer;
+use nephroid_pipeline::Buffer;
 
 /// Most planes: what is between two neighbours is one bit of a [`Slabs`].
 pub const MAX_PLANES: u32 = 64;
@@ -96,7 +96,7 @@ impl Slices {
         [self.planes_y[slab + 1].max(y[0]), top]
     }
 
-    /// The elements of the body of a beam between two planes, with its walls cut as [`Beam::cuts`](crate::caustics::beams::Beam::cuts) says.
+    /// The elements of the body of a beam between two planes, with its walls cut as [`Beam::cuts`](crate::beams::Beam::cuts) says.
     #[must_use]
     pub fn elements(&self, cuts: usize, planes: Range<u32>) -> Range<u32> {
         let count = self.planes_y.len();

@@ -9,10 +9,10 @@ mod paths;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use crate::caustics::RenderError;
-use crate::caustics::beams::{Beam, LightBeams, NONE, comes_first};
-use crate::geom::{Aabb, Mesh};
-use crate::scene::{Light, Material, Radiometry, Scene};
+use crate::RenderError;
+use crate::beams::{Beam, LightBeams, NONE, comes_first};
+use nephroid_scene::geom::{Aabb, Mesh};
+use nephroid_scene::{Light, Material, Radiometry, Scene};
 
 use super::MAX_BEAMS;
 use paths::{Path, Surfaces};

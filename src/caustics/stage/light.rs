@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use glam::{Mat4, Vec3, Vec4};
 
-use crate::caustics::Receivers;
-use crate::caustics::receivers::ReceiverGroup;
-use crate::frame::{BindEntry, BufferId, DepthTarget, FrameDraw, FramePass, TextureId};
-use crate::geom::Aabb;
+use crate::Receivers;
 use crate::passes::shadow_map::{LightUniform, refracted_under_flat_water};
 use crate::passes::{fullscreen, light, shadow_map};
-use crate::pipeline::sampler::Sampler;
-use crate::pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
-use crate::pipeline::{LoadOp, RenderPipelineDescriptor, TextureDescriptor};
-use crate::scene::{Light, Scene};
+use crate::receivers::ReceiverGroup;
+use nephroid_pipeline::frame::{BindEntry, BufferId, DepthTarget, FrameDraw, FramePass, TextureId};
+use nephroid_pipeline::sampler::Sampler;
+use nephroid_pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
+use nephroid_pipeline::{LoadOp, RenderPipelineDescriptor, TextureDescriptor};
+use nephroid_scene::geom::Aabb;
+use nephroid_scene::{Light, Scene};
 
 use super::state::{ADDITIVE, clear, clear_or_keep, depth_state, target};
 use super::{Stage, View};
@@ -68,7 +68,7 @@ impl Stage {
     fn map(
         &mut self,
         label: String,
-        program: fn() -> Arc<crate::pipeline::shader::Program>,
+        program: fn() -> Arc<nephroid_pipeline::shader::Program>,
         light: BufferId,
         (size, casters): (Option<u32>, &[&ReceiverGroup]),
     ) -> TextureId {
@@ -105,7 +105,7 @@ fn light_uniform(scene: &Scene, light: &Light, receivers: &Receivers) -> LightUn
         }
         Light::Point { position, intensity } => (position.extend(1.0), intensity, Vec4::new(0.0, 0.0, 0.0, -2.0), 0.0),
         Light::Spot { position, direction, intensity, inner_deg, outer_deg } => {
-            let cos = |deg| crate::math::space::sin_cos_deg(deg).1 as f32;
+            let cos = |deg| nephroid_math::space::sin_cos_deg(deg).1 as f32;
             (position.extend(1.0), intensity, direction.normalize().extend(cos(outer_deg)), cos(inner_deg))
         }
     };
@@ -133,21 +133,21 @@ fn light_matrix(light: &Light, bounds: Aabb) -> Mat4 {
     match *light {
         Light::Directional { .. } => {
             let direction = incident.direction_ws;
-            let view = crate::math::space::look_to(centre - direction * (2.0 * radius), direction, side(direction)).unwrap_or_default();
+            let view = nephroid_math::space::look_to(centre - direction * (2.0 * radius), direction, side(direction)).unwrap_or_default();
             let half = Vec3::new(radius, radius, 0.0);
             let min = Vec3::new(-half.x, -half.y, -3.0 * radius);
             let max = Vec3::new(half.x, half.y, -radius);
-            crate::math::space::orthographic(min, max).unwrap_or_default() * view
+            nephroid_math::space::orthographic(min, max).unwrap_or_default() * view
         }
         Light::Point { position, .. } | Light::Spot { position, .. } => {
             let to = centre - position;
             let distance = to.length().max(1.0e-3);
             let direction = to / distance;
-            let view = crate::math::space::look_to(position, direction, side(direction)).unwrap_or_default();
+            let view = nephroid_math::space::look_to(position, direction, side(direction)).unwrap_or_default();
             // Wide enough for the sphere around everything, at most 160 degrees.
             let half_angle = if distance > radius { libm::asin(f64::from(radius / distance)) as f32 } else { 1.4 };
             let near = (distance - radius).max(distance * 1.0e-2);
-            let projection = crate::math::space::perspective((2.0 * half_angle).clamp(0.02, 2.8), 1.0, near, distance + radius);
+            let projection = nephroid_math::space::perspective((2.0 * half_angle).clamp(0.02, 2.8), 1.0, near, distance + radius);
             projection.unwrap_or_default() * view
         }
     }

@@ -10,16 +10,16 @@ use std::sync::Arc;
 
 use glam::{Mat4, Vec3, Vec4};
 
-use crate::frame::{BindEntry, BindGroupId, BufferId, DepthTarget, Frame, FrameDraw, FramePass, PipelineId, TextureId};
 use crate::passes::camera::{CameraUniform, apparent_depth_ratio};
 use crate::passes::environment::EnvironmentUniform;
 use crate::passes::water_surface::WaterVertex;
 use crate::passes::{fullscreen, geometry_buffer, shade, water_surface};
-use crate::pipeline::shader::Program;
-use crate::pipeline::state::{CompareFunction, DepthBiasState, DepthStencilState, TextureFormat};
-use crate::pipeline::{Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
-use crate::scene::water::HeightField;
-use crate::scene::{Camera, EyeRefraction, Scene};
+use nephroid_pipeline::frame::{BindEntry, BindGroupId, BufferId, DepthTarget, Frame, FrameDraw, FramePass, PipelineId, TextureId};
+use nephroid_pipeline::shader::Program;
+use nephroid_pipeline::state::{CompareFunction, DepthBiasState, DepthStencilState, TextureFormat};
+use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
+use nephroid_scene::water::HeightField;
+use nephroid_scene::{Camera, EyeRefraction, Scene};
 
 use super::{LayerRead, LayerSource, Receivers};
 use state::{clear, depth_state, target};
@@ -216,7 +216,7 @@ impl Stage {
             ..RenderPipelineDescriptor::new("geometry_buffer", geometry_buffer::program())
         });
         let mut draws = Vec::with_capacity(receivers.groups.len());
-        let mut made: Vec<(&crate::scene::Material, BindGroupId)> = Vec::new();
+        let mut made: Vec<(&nephroid_scene::Material, BindGroupId)> = Vec::new();
         for group in receivers.groups.iter().filter(|g| !g.elements.is_empty()) {
             let bindings = match made.iter().find(|(material, _)| **material == group.material) {
                 Some((_, bindings)) => *bindings,

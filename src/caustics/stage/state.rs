@@ -1,8 +1,8 @@
 //! Pipeline state that passes have in common.
 
-use crate::frame::{ColorTarget, TextureId};
-use crate::pipeline::LoadOp;
-use crate::pipeline::state::{
+use nephroid_pipeline::LoadOp;
+use nephroid_pipeline::frame::{ColorTarget, TextureId};
+use nephroid_pipeline::state::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState,
     DepthStencilState, StencilState, TextureFormat,
 };

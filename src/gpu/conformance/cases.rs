@@ -8,9 +8,9 @@ use super::drawings::{
     stencil_counts, stencil_states,
 };
 use super::primitives::{Crossing, Shape, Source};
-use crate::gpu::Family;
-use crate::pipeline::shader::Interpolation;
-use crate::pipeline::state::TextureFormat;
+use crate::Family;
+use nephroid_pipeline::shader::Interpolation;
+use nephroid_pipeline::state::TextureFormat;
 
 /// How near a driver must come to the software GPU under the driver's preset.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

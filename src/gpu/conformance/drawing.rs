@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::program::{Vertex, program};
-use crate::frame::{BindEntry, ColorTarget, DepthTarget, Frame, FrameDraw, FramePass};
-use crate::pipeline::shader::Interpolation;
-use crate::pipeline::state::{
+use nephroid_pipeline::frame::{BindEntry, ColorTarget, DepthTarget, Frame, FrameDraw, FramePass};
+use nephroid_pipeline::shader::Interpolation;
+use nephroid_pipeline::state::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, DepthStencilState, PrimitiveState,
     PrimitiveTopology, RasterRules, TextureFormat, Viewport,
 };
-use crate::pipeline::{Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
+use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 
 /// Primitives drawn in one go into cleared targets.
 #[derive(Clone, Debug)]

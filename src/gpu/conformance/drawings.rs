@@ -3,8 +3,8 @@
 use super::drawing::{ADD, Drawing};
 use super::primitives::{Crossing, MOST_ADDED, Shape, Source, any_w, corners, crossing, push_flat, push_weighted, to_clip};
 use super::program::Vertex;
-use crate::pipeline::shader::Interpolation;
-use crate::pipeline::state::{
+use nephroid_pipeline::shader::Interpolation;
+use nephroid_pipeline::state::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, Color, CompareFunction, DepthBiasState, DepthStencilState, PrimitiveTopology,
     StencilFaceState, StencilOperation, StencilState, TextureFormat,
 };

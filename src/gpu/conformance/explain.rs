@@ -7,9 +7,9 @@ use serde::Serialize;
 
 use super::drawing::Drawing;
 use super::image::{Image, on_software};
-use crate::frame::FrameError;
-use crate::pipeline::Device;
-use crate::pipeline::state::RasterRules;
+use nephroid_pipeline::Device;
+use nephroid_pipeline::frame::FrameError;
+use nephroid_pipeline::state::RasterRules;
 
 /// Rules after some of the changes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,12 +1,12 @@
 //! What a drawing left behind: its attachments and its fragment count, drawn by the software GPU or by a driver.
 
 use super::drawing::Drawing;
-use crate::frame::cpu::{initial_textures, pipelines, run_frame_pass};
-use crate::frame::{Frame, FrameError, View};
-use crate::gpu::crosscheck::relative;
-use crate::gpu::{Gpu, GpuError, GpuFrame, Vertices};
-use crate::pipeline::state::RasterRules;
-use crate::pipeline::{ChannelKind, Device, Surface, Texture};
+use crate::crosscheck::relative;
+use crate::{Gpu, GpuError, GpuFrame, Vertices};
+use nephroid_pipeline::frame::cpu::{initial_textures, pipelines, run_frame_pass};
+use nephroid_pipeline::frame::{Frame, FrameError, View};
+use nephroid_pipeline::state::RasterRules;
+use nephroid_pipeline::{ChannelKind, Device, Surface, Texture};
 
 /// Attachments after a drawing.
 #[derive(Clone, Debug)]

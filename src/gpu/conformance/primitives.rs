@@ -3,7 +3,7 @@
 //! Positions are made in pixels and put into clip space last. All of it is a function of (seed, case, drawing).
 
 use super::program::Vertex;
-use crate::math::rng::{rng, unit_from_bits};
+use nephroid_math::rng::{rng, unit_from_bits};
 
 /// Random numbers of one drawing.
 #[derive(Clone, Debug)]

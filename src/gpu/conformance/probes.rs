@@ -6,10 +6,10 @@ use super::drawing::Drawing;
 use super::image::{Image, on_driver, on_software};
 use super::primitives::{Crossing, Source, crossing, push_flat, push_weighted, to_clip};
 use super::program::Vertex;
-use crate::gpu::{Gpu, GpuError};
-use crate::pipeline::Device;
-use crate::pipeline::shader::Interpolation;
-use crate::pipeline::state::{
+use crate::{Gpu, GpuError};
+use nephroid_pipeline::Device;
+use nephroid_pipeline::shader::Interpolation;
+use nephroid_pipeline::state::{
     ClipVolume, Color, CompareFunction, DepthBiasState, DepthStencilState, PrimitiveTopology, RasterRules, StencilState, TextureFormat,
     Viewport,
 };

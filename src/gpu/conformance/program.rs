@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::math::lanes::Lanes;
-use crate::math::vector::v4;
-use crate::pipeline::shader::{
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::v4;
+use nephroid_pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
 };
-use crate::pipeline::{BindingKind, Bindings};
+use nephroid_pipeline::{BindingKind, Bindings};
 
 /// A vertex of a conformance primitive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

@@ -8,7 +8,7 @@ use super::cases::{Case, Expectation, Kind};
 use super::explain::Explanation;
 use super::probes::Probe;
 use super::shrink::Reproducer;
-use crate::gpu::AdapterLine;
+use crate::AdapterLine;
 
 /// How a case ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

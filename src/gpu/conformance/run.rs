@@ -6,10 +6,10 @@ use super::image::{Image, on_driver, on_software};
 use super::probes::probes;
 use super::report::{CaseReport, Report, Verdict};
 use super::shrink::{Reproducer, shrink};
-use crate::gpu::crosscheck::compare;
-use crate::gpu::{Gpu, GpuError};
-use crate::pipeline::state::RasterRules;
-use crate::pipeline::{ChannelKind, Device, Surface};
+use crate::crosscheck::compare;
+use crate::{Gpu, GpuError};
+use nephroid_pipeline::state::RasterRules;
+use nephroid_pipeline::{ChannelKind, Device, Surface};
 
 /// Seed of all conformance primitives.
 pub const SEED: u32 = 1;

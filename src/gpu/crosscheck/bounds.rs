@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::Mode;
-use crate::gpu::Family;
-use crate::pipeline::{ChannelKind, FormatInfo};
+use crate::Family;
+use nephroid_pipeline::{ChannelKind, FormatInfo};
 
 /// What an attachment must keep to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -118,8 +118,8 @@ pub fn vertex_bound_of(pass: &str) -> Bound {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::format_info;
-    use crate::pipeline::state::TextureFormat;
+    use nephroid_pipeline::format_info;
+    use nephroid_pipeline::state::TextureFormat;
 
     #[test]
     fn depth_stencil_and_integers_are_exact_when_resynchronised() {

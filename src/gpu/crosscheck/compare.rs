@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::pipeline::{ChannelKind, FormatInfo, Surface};
+use nephroid_pipeline::{ChannelKind, FormatInfo, Surface};
 
 /// How far two attachments are apart.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -170,8 +170,8 @@ fn is_at_edge(info: FormatInfo, scales: &[f64], expected: &Surface, actual: &Sur
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::state::TextureFormat;
-    use crate::pipeline::{Texture, TextureDescriptor};
+    use nephroid_pipeline::state::TextureFormat;
+    use nephroid_pipeline::{Texture, TextureDescriptor};
 
     /// An 8x8 picture of one format with these numbers in channel 0, row by row.
     fn picture(format: TextureFormat, value: impl Fn(u32, u32) -> f32) -> Texture {

@@ -3,12 +3,12 @@
 use serde::Serialize;
 
 use super::{AttachmentReport, Mode, Pair, Pixel, compare, relative};
-use crate::frame::cpu::stream_draw;
-use crate::frame::{Frame, FrameDraw};
-use crate::gpu::{Gpu, GpuError};
-use crate::pipeline::Device;
-use crate::pipeline::shader::flatten_varyings;
-use crate::pipeline::state::PrimitiveTopology;
+use crate::{Gpu, GpuError};
+use nephroid_pipeline::Device;
+use nephroid_pipeline::frame::cpu::stream_draw;
+use nephroid_pipeline::frame::{Frame, FrameDraw};
+use nephroid_pipeline::shader::flatten_varyings;
+use nephroid_pipeline::state::PrimitiveTopology;
 
 /// Where two versions of a frame part.
 #[derive(Clone, Debug, Serialize)]

@@ -20,11 +20,11 @@ pub use picture::{plain_tone, side_by_side};
 pub use vertices::VertexReport;
 
 use super::{Gpu, GpuError, GpuFrame, Vertices};
-use crate::frame::cpu::{initial_textures, pipelines, run_frame_pass, stream_draw};
-use crate::frame::{Frame, FrameError, TextureId, View};
-use crate::pipeline::shader::flatten_varyings;
-use crate::pipeline::state::TextureFormat;
-use crate::pipeline::{Device, Texture};
+use nephroid_pipeline::frame::cpu::{initial_textures, pipelines, run_frame_pass, stream_draw};
+use nephroid_pipeline::frame::{Frame, FrameError, TextureId, View};
+use nephroid_pipeline::shader::flatten_varyings;
+use nephroid_pipeline::state::TextureFormat;
+use nephroid_pipeline::{Device, Texture};
 
 /// What the driver starts each pass from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -102,7 +102,7 @@ pub(crate) struct Pair<'a> {
     device: &'a Device,
     mode: Mode,
     on_cpu: &'a Frame,
-    pipelines: Vec<crate::pipeline::RenderPipeline>,
+    pipelines: Vec<nephroid_pipeline::RenderPipeline>,
     on_gpu: GpuFrame<'a>,
     gpu_frame: &'a Frame,
     /// What the software GPU has.
@@ -169,7 +169,7 @@ impl<'a> Pair<'a> {
     }
 
     /// Both versions of an attachment.
-    pub fn surfaces(&self, view: View) -> [&crate::pipeline::Surface; 2] {
+    pub fn surfaces(&self, view: View) -> [&nephroid_pipeline::Surface; 2] {
         [&self.expected, &self.actual].map(|textures| textures[view.texture.index()].surface(view.level, view.layer))
     }
 }
@@ -186,7 +186,7 @@ pub fn crosscheck(
     on_cpu: &Frame,
     on_gpu: &Frame,
     mode: Mode,
-    mut watch: impl FnMut(&AttachmentReport, [&crate::pipeline::Surface; 2]),
+    mut watch: impl FnMut(&AttachmentReport, [&nephroid_pipeline::Surface; 2]),
 ) -> Result<Report, GpuError> {
     let mut pair = Pair::new(gpu, device, on_cpu, on_gpu, mode)?;
     let mut report = Report { mode, attachments: Vec::new(), vertices: Vec::new(), queries: Vec::new() };

@@ -1,8 +1,8 @@
 //! Expected, actual and difference, side by side.
 
 use super::{Difference, relative};
-use crate::image::{Layer, LayerError, ToneMap};
-use crate::pipeline::{FormatInfo, Surface};
+use nephroid_image::{Layer, LayerError, ToneMap};
+use nephroid_pipeline::{FormatInfo, Surface};
 
 /// Columns between the three parts.
 const GAP: u32 = 4;

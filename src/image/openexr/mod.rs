@@ -1,6 +1,6 @@
 //! Multi-layer OpenEXR: the file to measure.
 //!
-//! In: a [`LayerSet`](crate::image::LayerSet). Out: a multi-part file, one part per layer in the order of the set, each part named exactly as
+//! In: a [`LayerSet`](crate::LayerSet). Out: a multi-part file, one part per layer in the order of the set, each part named exactly as
 //! the layer; 32-bit floats, ZIP over 16 scan lines, so every bit pattern comes back, NaN payloads included. Viewers that know no parts show
 //! the first. Channels are `Y`, `X Y`, `R G B` or `R G B A`, which is how viewers know grey, vectors and colours.
 //!
@@ -15,7 +15,7 @@ mod write;
 pub use read::decode;
 pub use write::encode;
 
-use crate::image::{LayerError, SizeError};
+use crate::{LayerError, SizeError};
 
 /// The first bytes of every EXR.
 pub const SIGNATURE: &[u8] = &[0x76, 0x2f, 0x31, 0x01];

@@ -16,7 +16,7 @@ use exr::prelude::Compression;
 use half::f16;
 
 use super::{ExrError, UNNAMED};
-use crate::image::{Image, Layer, LayerSet};
+use crate::{Image, Layer, LayerSet};
 
 /// Most bytes that one byte of a file can become: above the 1032 of deflate, the strongest compression that is read.
 const MAX_EXPANSION: u128 = 2048;

@@ -2,7 +2,7 @@ use std::io::Cursor;
 
 use super::read::split_name;
 use super::*;
-use crate::image::{Image, Layer, LayerSet};
+use crate::{Image, Layer, LayerSet};
 
 /// Every class of float, with payloads: what a lossless file must bring back.
 const AWKWARD: [u32; 12] = [

@@ -12,7 +12,7 @@ use exr::prelude::{Compression, SmallVec};
 use rayon::prelude::*;
 
 use super::ExrError;
-use crate::image::{Image, Layer, LayerSet};
+use crate::{Image, Layer, LayerSet};
 
 /// Blocks compressed at a time: enough to keep the threads busy, few enough to bound memory (16 scan lines each).
 const BATCH: usize = 64;

@@ -3,7 +3,7 @@
 use fearless_simd::{Level, Simd, dispatch, f32x16};
 
 use super::*;
-use crate::math::level::available_levels;
+use crate::level::available_levels;
 
 /// `|got − exact|` in units of the last place of `exact` as an `f32` (of the smallest normal number below it).
 fn ulps(got: f32, exact: f64) -> f64 {

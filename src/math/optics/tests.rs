@@ -1,7 +1,7 @@
 //! Published and derived values, and identities that hold for any argument.
 
 use super::*;
-use crate::math::float::sin_cos;
+use crate::float::sin_cos;
 
 const WATER: f32 = 1.333;
 

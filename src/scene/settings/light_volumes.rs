@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::check::{At, Invalid, MAX_LENGTH_M};
+use crate::check::{At, Invalid, MAX_LENGTH_M};
 
 use super::{EyeRefraction, Radiometry, validate_grid};
 

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::error::{WaterError, require, within};
 use super::formula::{NoiseTerm, Term};
 use super::waves::Motion;
-use crate::math::noise::Fbm;
+use nephroid_math::noise::Fbm;
 
 /// Fractal Perlin noise on top of a wave: `amplitude · fbm(x/feature, z/feature, rate·t)`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, Vec2};
 
-use crate::math::float::sin_cos;
-use crate::math::lanes::Lanes;
-use crate::math::noise::Fbm;
+use nephroid_math::float::sin_cos;
+use nephroid_math::lanes::Lanes;
+use nephroid_math::noise::Fbm;
 
 /// A plane or one wave, frozen at a moment; wave numbers in rad/m, phases in rad.
 #[derive(Clone, Copy, Debug, PartialEq)]

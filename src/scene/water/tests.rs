@@ -81,7 +81,7 @@ fn circular_cosine_is_round_and_axis_cosine_straight() {
     let rings = CircularCosine { center_m, scale: 2.0, ripples: silent, motion: Motion::Steady, ..CircularCosine::default() };
     let round = water(WaterModel::CircularCosine(rings));
     for angle in 0..36 {
-        let (s, c) = crate::math::space::sin_cos_deg(angle as f32 * 10.0);
+        let (s, c) = nephroid_math::space::sin_cos_deg(angle as f32 * 10.0);
         let (height, normal) = round.height_normal(0.3 + 0.7 * c as f32, 0.1 + 0.7 * s as f32, 0.0).unwrap();
         assert!((f64::from(height) - 1.5 - 0.08 * libm::cos(std::f64::consts::TAU * 0.7)).abs() < 1e-6);
         assert!((normal.x * s as f32 - normal.z * c as f32).abs() < 1e-6, "the slope is not radial");

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::GRAVITY_M_PER_S2;
 use super::error::{WaterError, require, within};
 use super::formula::Term;
-use crate::math::space::sin_cos_deg;
+use nephroid_math::space::sin_cos_deg;
 
 /// How fast a wave travels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -9,7 +9,7 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use super::{LEAF, Leaf, NONE, Node, Tree, WIDTH};
 
 /// A triangle's corners, and its number.
-pub(in crate::trace) type Numbered = ([Vec3; 3], u32);
+pub(crate) type Numbered = ([Vec3; 3], u32);
 
 /// A tree over triangles whose boxes are enlarged by `slack` metres.
 pub(super) fn build(triangles: &[Numbered], slack: f32) -> Tree {

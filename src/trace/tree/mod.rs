@@ -14,8 +14,8 @@ mod walk;
 use fearless_simd::Level;
 use glam::Vec3;
 
-use crate::math::lanes::{Lanes, Mask as _};
-use crate::math::vector::{V3, v3};
+use nephroid_math::lanes::{Lanes, Mask as _};
+use nephroid_math::vector::{V3, v3};
 
 pub(super) use build::Numbered;
 pub(super) use packet::{Hits, Packet};

@@ -8,9 +8,9 @@ use fearless_simd::{Level, Simd, f32x16};
 use fearless_simd_macros::simd;
 use glam::Vec3;
 
-use crate::math::lanes::{Lanes, Mask as _};
-use crate::math::level::wide_dispatch;
-use crate::math::vector::V3;
+use nephroid_math::lanes::{Lanes, Mask as _};
+use nephroid_math::level::wide_dispatch;
+use nephroid_math::vector::V3;
 
 use super::walk::{self, meet_leaf, walk};
 use super::{Hit, LEAF, Leaf, NONE, Node, Probe, STACK, Tree, WIDTH, load, meet_boxes, meet_triangles};
@@ -19,7 +19,7 @@ use super::{Hit, LEAF, Leaf, NONE, Node, Probe, STACK, Tree, WIDTH, load, meet_b
 const RAYS: usize = 16;
 
 /// Sixteen rays, one per place of each slice.
-pub(in crate::trace) struct Packet<'a> {
+pub(crate) struct Packet<'a> {
     /// Starts, world space, m: one array per coordinate.
     pub origin: [&'a [f32; RAYS]; 3],
     /// Unit vectors.
@@ -29,7 +29,7 @@ pub(in crate::trace) struct Packet<'a> {
 }
 
 /// What sixteen rays meet.
-pub(in crate::trace) struct Hits {
+pub(crate) struct Hits {
     /// Distance, m. Going in: how far to look.
     pub t: [f32; RAYS],
     /// Number of the triangle; [`NONE`] for none.

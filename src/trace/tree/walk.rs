@@ -5,9 +5,9 @@ use fearless_simd::{Level, Simd, f32x16};
 use fearless_simd_macros::simd;
 use glam::Vec3;
 
-use crate::math::lanes::{Lanes, Mask as _};
-use crate::math::level::wide_dispatch;
-use crate::math::vector::V3;
+use nephroid_math::lanes::{Lanes, Mask as _};
+use nephroid_math::level::wide_dispatch;
+use nephroid_math::vector::V3;
 
 use super::{Hit, LEAF, Leaf, NONE, Node, Probe, STACK, Tree, WIDTH, load, meet_boxes, meet_triangles};
 

@@ -5,8 +5,8 @@
 //! the surface, divided by the fastest it can change, is a distance that is safe to go. Light from the sky is nearly always of the first
 //! kind, sixteen rays at a time; the second kind goes one by one.
 
-use crate::math::lanes::{Lanes, Mask as _};
-use crate::math::vector::{V3, v3};
+use nephroid_math::lanes::{Lanes, Mask as _};
+use nephroid_math::vector::{V3, v3};
 
 use super::{Heights, WaterSurface};
 

@@ -3,9 +3,9 @@
 //! Light meets the flat triangles and is refracted at normals interpolated over them, so that what differs from the exact surface is the
 //! mesh alone, and what differs from a technique on the same mesh is the technique.
 
-use crate::math::lanes::{Lanes, Mask as _};
-use crate::math::vector::{V3, v3};
-use crate::scene::water::HeightField;
+use nephroid_math::lanes::{Lanes, Mask as _};
+use nephroid_math::vector::{V3, v3};
+use nephroid_scene::water::HeightField;
 
 use super::Heights;
 

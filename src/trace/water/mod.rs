@@ -15,10 +15,10 @@ pub(super) use hit::{Crossing, Rays, crossings};
 
 use glam::{Vec2, Vec3};
 
-use crate::math::lanes::Lanes;
-use crate::math::vector::{V3, v3};
-use crate::scene::Scene;
-use crate::scene::water::{Formula, Water, WaterModel};
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::{V3, v3};
+use nephroid_scene::Scene;
+use nephroid_scene::water::{Formula, Water, WaterModel};
 
 use mesh::MeshSurface;
 use patches::Patches;

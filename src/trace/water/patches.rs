@@ -3,9 +3,9 @@
 //! A fluid of columns is a biquadratic spline whose pieces end between columns. Sampled at those ends and at the middles, it is reproduced
 //! exactly, but for rounding. A sum of thousands of waves is reproduced to third order in the distance of the samples.
 
-use crate::math::lanes::Lanes;
-use crate::math::vector::V3;
-use crate::scene::water::HeightField;
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::V3;
+use nephroid_scene::water::HeightField;
 
 use super::{Heights, normal_of_slope};
 

@@ -6,10 +6,10 @@ use obvhs::bvh2::Bvh2;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use obvhs::ray::{Ray, RayHit};
 
-use crate::geom::Mesh;
-use crate::math::optics::{beer_lambert_rgb, fresnel_reflectance, reflect, refract};
-use crate::math::vector::{V3, v3};
-use crate::scene::{Light, Material};
+use nephroid_math::optics::{beer_lambert_rgb, fresnel_reflectance, reflect, refract};
+use nephroid_math::vector::{V3, v3};
+use nephroid_scene::geom::Mesh;
+use nephroid_scene::{Light, Material};
 
 /// Most events on a way.
 const MOST_EVENTS: u32 = 12;

@@ -24,7 +24,7 @@ use self::fft::{Complex, Fft};
 use super::error::{WaterError, require, within};
 use super::height_field::{HeightField, Layout};
 use super::waves::dispersion;
-use crate::math::rng::normal_pair;
+use nephroid_math::rng::normal_pair;
 use spectrum::Sea;
 
 /// Most points of the transform along one side.

@@ -8,7 +8,7 @@ use super::super::GRAVITY_M_PER_S2;
 use super::super::error::{WaterError, require, within};
 use super::super::waves::dispersion;
 use super::OceanSettings;
-use crate::math::space::sin_cos_deg;
+use nephroid_math::space::sin_cos_deg;
 
 /// Energy of the waves over their wave number `k`. All are densities of variance: `∫ S(k) dk` is the variance of the height in m².
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::error::{WaterError, require, within};
 use super::super::{GRAVITY_M_PER_S2, Water};
-use crate::math::rng::uniform3;
+use nephroid_math::rng::uniform3;
 
 /// A drop of water that falls into the fluid.
 ///

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::super::GRAVITY_M_PER_S2;
 use super::super::error::{WaterError, require, within};
 use super::solver::Grid;
-use crate::math::rng::uniform3;
+use nephroid_math::rng::uniform3;
 
 /// When and how water leaves the surface as spray, after O'Brien & Hodgins.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

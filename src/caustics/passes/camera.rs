@@ -1,0 +1,110 @@
+//! The camera as shaders see it, and the apparent depth of what lies under water.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, Vec3, Vec4};
+
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::{V2, V3, V4, transform_point, v2, v3};
+
+/// Camera uniforms.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct CameraUniform {
+    /// Clip space from world space (of raised positions, see [`CameraUniform::raise`]).
+    pub clip_from_world: Mat4,
+    /// World space from clip space.
+    pub world_from_clip: Mat4,
+    /// Eye position, w = 1; for a parallel camera the direction of view, w = 0.
+    pub eye_ws: Vec4,
+    /// Target size in pixels and its inverse.
+    pub size_px: Vec4,
+    /// Mean water level in metres; apparent depth over true depth; 1 if the eye is under water; 1 if there is water.
+    pub water: Vec4,
+    /// Water extent in x and z: minimum x, minimum z, maximum x, maximum z, metres.
+    pub extent: Vec4,
+}
+
+impl CameraUniform {
+    /// Where a point under water appears: its depth below the mean level times the apparent-depth ratio.
+    ///
+    /// A plane of water raises what is under it: a ray that leaves the eye at θᵢ from the vertical goes on at θₜ, so depth
+    /// h appears as `h·tan θₜ/tan θᵢ` (for small angles h/n). The ratio is one number for the whole picture (that of the ray to the middle of
+    /// the water), so the map is affine: straight edges stay straight and convex volumes convex. The rest is left to [`Self::project`]'s callers,
+    /// which follow each pixel's own ray. A ratio of 1 is the plain view.
+    #[inline(always)]
+    pub fn raise<L: Lanes>(&self, p_ws: V3<L>) -> V3<L> {
+        let depth = p_ws.y - self.water.x;
+        let raised = depth * self.water.y + self.water.x;
+        v3(p_ws.x, L::select(depth.lt(depth.like(0.0)), raised, p_ws.y), p_ws.z)
+    }
+
+    /// Clip-space position of a world-space point as it appears.
+    #[inline(always)]
+    pub fn project<L: Lanes>(&self, p_ws: V3<L>) -> V4<L> {
+        transform_point(&self.clip_from_world, self.raise(p_ws))
+    }
+
+    /// Pixel coordinates (y down) of a clip-space position.
+    #[inline(always)]
+    pub fn pixel<L: Lanes>(&self, clip: V4<L>) -> V2<L> {
+        let inv_w = clip.w.like(1.0) / clip.w;
+        v2((clip.x * inv_w * 0.5 + 0.5) * self.size_px.x, (-(clip.y * inv_w) * 0.5 + 0.5) * self.size_px.y)
+    }
+
+    /// Unit vector from the eye towards a world-space point.
+    #[inline(always)]
+    pub fn view_direction<L: Lanes>(&self, p_ws: V3<L>) -> V3<L> {
+        let eye = self.eye_ws;
+        let to = v3(p_ws.x * eye.w - eye.x, p_ws.y * eye.w - eye.y, p_ws.z * eye.w - eye.z);
+        // A parallel camera keeps its direction in `eye_ws`, so what is left is minus that direction.
+        let to = if eye.w == 0.0 { -to } else { to };
+        to.normalize()
+    }
+
+    /// Unit vector of the ray through a pixel (centre coordinates) in plain space.
+    #[inline(always)]
+    pub fn ray<L: Lanes>(&self, x_px: L, y_px: L) -> V3<L> {
+        let x = x_px * (2.0 * self.size_px.z) - 1.0;
+        let y = -(y_px * (2.0 * self.size_px.w)) + 1.0;
+        let far = transform_point(&self.world_from_clip, v3(x, y, x.like(1.0)));
+        let inv_w = far.w.like(1.0) / far.w;
+        self.view_direction(v3(far.x * inv_w, far.y * inv_w, far.z * inv_w))
+    }
+
+    /// Lanes whose point is in the body of water: inside its extent and below the mean level.
+    #[inline(always)]
+    pub fn under_water<L: Lanes>(&self, p_ws: V3<L>) -> L::Mask {
+        let e = self.extent;
+        let inside = p_ws.x.ge(p_ws.x.like(e.x)) & p_ws.x.le(p_ws.x.like(e.z)) & p_ws.z.ge(p_ws.z.like(e.y)) & p_ws.z.le(p_ws.z.like(e.w));
+        inside & p_ws.y.lt(p_ws.y.like(if self.water.w > 0.0 { self.water.x } else { f32::NEG_INFINITY }))
+    }
+}
+
+/// Apparent over true depth for a ray that comes down at `direction` (unit) into water of index `ior`: `tan θₜ/tan θᵢ`.
+#[must_use]
+pub fn apparent_depth_ratio(direction: Vec3, ior: f32) -> f32 {
+    let cos_i = direction.y.abs();
+    let sin_i = (1.0 - cos_i * cos_i).max(0.0).sqrt();
+    let sin_t = sin_i / ior;
+    let cos_t = (1.0 - sin_t * sin_t).sqrt();
+    // sin θₜ/sin θᵢ is 1/n whatever the angle.
+    (cos_i / (ior * cos_t)).max(0.05)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn apparent_depth_vertical_is_one_over_n() {
+        assert!((apparent_depth_ratio(Vec3::NEG_Y, 1.333) - 1.0 / 1.333).abs() < 1e-6);
+    }
+
+    #[test]
+    fn apparent_depth_matches_tangents_at_45_degrees() {
+        let d = Vec3::new(1.0, -1.0, 0.0).normalize();
+        let sin_t = libm::sin(std::f64::consts::FRAC_PI_4) / 1.333;
+        let tan_t = sin_t / (1.0 - sin_t * sin_t).sqrt();
+        assert!((f64::from(apparent_depth_ratio(d, 1.333)) - tan_t).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,122 @@
+//! What each pixel sees: world position, normal and albedo of the nearest receiver [SF05 §3.5, first pass].
+//!
+//! Targets: `position` (x, y, z in metres, w = 1 + [`MaterialKind`], 0 where there is nothing), `normal` (unit, turned towards the eye),
+//! `albedo` (reflectance of a mirror; white for glass).
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec3, Vec4};
+
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::{V3, v4};
+use nephroid_pipeline::shader::{
+    FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
+};
+use nephroid_pipeline::{BindingKind, Bindings};
+use nephroid_scene::{Albedo, Material, PatternUniform};
+
+use super::camera::CameraUniform;
+
+/// A receiver's vertex in world space.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ReceiverVertex {
+    /// Position, m; w = 1.
+    pub position_ws: Vec4,
+    /// Unit normal; w = 0.
+    pub normal_ws: Vec4,
+}
+
+/// What a pixel's surface does with light, as kept in `position.w − 1`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MaterialKind {
+    /// Lambertian: the only kind that receives caustics.
+    Diffuse = 0,
+    /// Mirror.
+    Mirror = 1,
+    /// Glass.
+    Dielectric = 2,
+}
+
+/// A receiver's material.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct MaterialUniform {
+    /// Albedo, or reflectance of a mirror.
+    pub pattern: PatternUniform,
+    /// 1 + [`MaterialKind`]; the rest is unused.
+    pub kind: Vec4,
+}
+
+impl From<&Material> for MaterialUniform {
+    fn from(material: &Material) -> Self {
+        let (albedo, kind) = match material {
+            Material::Diffuse { albedo } => (albedo, MaterialKind::Diffuse),
+            Material::Mirror { reflectance } => (&Albedo::Solid(*reflectance), MaterialKind::Mirror),
+            Material::Dielectric { .. } => (&Albedo::Solid(Vec3::ONE), MaterialKind::Dielectric),
+        };
+        Self { pattern: albedo.into(), kind: Vec4::new(1.0 + kind as u8 as f32, 0.0, 0.0, 0.0) }
+    }
+}
+
+/// Bindings of the pass: camera, vertices, material.
+pub const BINDINGS: [BindingKind; 3] = [
+    BindingKind::Uniform(size_of::<CameraUniform>()),
+    BindingKind::Storage(size_of::<ReceiverVertex>()),
+    BindingKind::Uniform(size_of::<MaterialUniform>()),
+];
+
+/// The program.
+#[must_use]
+pub fn program() -> Arc<Program> {
+    let varying = |name| Varying { name, components: 3, interpolation: Interpolation::Perspective };
+    Arc::new(Program {
+        varyings: vec![varying("position_ws"), varying("normal_ws")],
+        bindings: BINDINGS.to_vec(),
+        wgsl: Some(concat!(
+            include_str!("camera.wgsl"),
+            include_str!("../../scene/pattern.wgsl"),
+            include_str!("receiver_vertex.wgsl"),
+            include_str!("geometry_buffer.wgsl")
+        )),
+        ..Program::new("geometry_buffer", Vertex, Fragment)
+    })
+}
+
+struct Vertex;
+
+impl VertexShader for Vertex {
+    #[inline(always)]
+    fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
+        let camera: &CameraUniform = bindings.uniform(0);
+        let vertices: &[ReceiverVertex] = bindings.storage(1);
+        let position = input.per_vertex4(|i| vertices.get(i as usize).map_or([0.0; 4], |v| v.position_ws.to_array())).xyz();
+        let normal = input.per_vertex4(|i| vertices.get(i as usize).map_or([0.0; 4], |v| v.normal_ws.to_array())).xyz();
+        output.position = camera.project(position);
+        output.set3(0, position);
+        output.set3(3, normal);
+    }
+}
+
+struct Fragment;
+
+impl FragmentShader for Fragment {
+    const JOINS_PRIMITIVES: bool = true;
+
+    #[inline(always)]
+    fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
+        let camera: &CameraUniform = bindings.uniform(0);
+        let material: &MaterialUniform = bindings.uniform(2);
+        let position: V3<L> = input.varying3(0);
+        let normal = input.varying3(3).normalize();
+        // Both sides of an open surface are receivers.
+        let away = normal.dot(camera.view_direction(position)).gt(position.x.like(0.0));
+        let normal = V3::select(away, -normal, normal);
+        let albedo = material.pattern.at(position, normal);
+        let one = position.x.like(1.0);
+        output.color[0] = v4(position.x, position.y, position.z, one.like(material.kind.x));
+        output.color[1] = v4(normal.x, normal.y, normal.z, one);
+        output.color[2] = v4(albedo.x, albedo.y, albedo.z, one);
+    }
+}

@@ -1,0 +1,288 @@
+//! The description of a frame: plain data that refers to itself by number.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::sampler::Sampler;
+use crate::state::{Color, IndexFormat, PixelRect, RasterRules, Viewport};
+use crate::{Buffer, LoadOp, PassOutput, RenderPipelineDescriptor, TextureDescriptor};
+
+macro_rules! id {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub struct $name(pub(crate) u32);
+
+        impl $name {
+            /// The id of what stands at a place in the frame's list.
+            #[must_use]
+            pub const fn at(index: u32) -> Self {
+                Self(index)
+            }
+
+            /// Place in the frame's list.
+            #[must_use]
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    };
+}
+id!(
+    /// A texture of the frame.
+    TextureId
+);
+id!(
+    /// A buffer of the frame.
+    BufferId
+);
+id!(
+    /// A pipeline of the frame.
+    PipelineId
+);
+id!(
+    /// A bind group of the frame.
+    BindGroupId
+);
+
+/// What a texture holds before the first pass.
+#[derive(Clone, Debug)]
+pub enum Initial {
+    /// Zeros.
+    Zero,
+    /// The format's bytes of level 0 of each layer, rows top down; lower levels are averaged from it if there are any.
+    Layers(Vec<Arc<[u8]>>),
+}
+
+/// A texture of a frame.
+#[derive(Clone, Debug)]
+pub struct FrameTexture {
+    /// Size, format, shape.
+    pub desc: TextureDescriptor,
+    /// What it holds before the first pass.
+    pub initial: Initial,
+}
+
+/// A buffer of a frame; read-only to shaders.
+#[derive(Clone, Debug)]
+pub struct FrameBuffer {
+    /// Name in errors and captures.
+    pub label: String,
+    /// The bytes, shared so that a frame is cheap to keep.
+    pub data: Arc<Buffer>,
+}
+
+/// One entry of a bind group, by binding number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BindEntry {
+    /// A uniform buffer from a byte offset on.
+    Uniform(BufferId, usize),
+    /// A uniform buffer whose offset is each draw's.
+    DynamicUniform(BufferId),
+    /// A storage buffer.
+    Storage(BufferId),
+    /// A texture, all levels and layers.
+    Texture(TextureId),
+    /// A sampler.
+    Sampler(Sampler),
+}
+
+/// Bindings, shared by draws.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BindGroup {
+    /// By binding number.
+    pub entries: Vec<BindEntry>,
+}
+
+/// One level of one layer of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct View {
+    /// The texture.
+    pub texture: TextureId,
+    /// Mip level.
+    pub level: u32,
+    /// Layer or slice.
+    pub layer: u32,
+}
+
+impl From<TextureId> for View {
+    fn from(texture: TextureId) -> Self {
+        Self { texture, level: 0, layer: 0 }
+    }
+}
+
+/// A colour attachment of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct ColorTarget {
+    /// What is drawn to.
+    pub view: View,
+    /// What it holds before the first draw.
+    pub load: LoadOp<Color>,
+}
+
+/// The depth-stencil attachment of a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct DepthTarget {
+    /// What is drawn to.
+    pub view: View,
+    /// Depth before the first draw.
+    pub depth_load: LoadOp<f32>,
+    /// Stencil before the first draw.
+    pub stencil_load: LoadOp<u32>,
+}
+
+/// An index buffer of a draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameIndex {
+    /// The buffer.
+    pub buffer: BufferId,
+    /// 16 or 32 bits.
+    pub format: IndexFormat,
+}
+
+/// One draw of a pass. See [`crate::Draw`] for the fields' meaning.
+#[derive(Clone, Debug)]
+pub struct FrameDraw {
+    /// Pipeline.
+    pub pipeline: PipelineId,
+    /// Bind group.
+    pub bind_group: BindGroupId,
+    /// Byte offset of the dynamic uniform, a multiple of 256 (WebGPU's limit). Default: 0.
+    pub dynamic_offset: u32,
+    /// Vertex buffers with byte offsets, by slot. Default: none.
+    pub vertex_buffers: Vec<(BufferId, usize)>,
+    /// Index buffer. Default: none.
+    pub index: Option<FrameIndex>,
+    /// Vertices, or places in the index buffer.
+    pub elements: Range<u32>,
+    /// Added to every index. Default: 0.
+    pub base_vertex: i32,
+    /// Instances. Default: one.
+    pub instances: Range<u32>,
+    /// Viewport. Default: the whole target.
+    pub viewport: Option<Viewport>,
+    /// Scissor. Default: the whole target.
+    pub scissor: Option<PixelRect>,
+    /// Stencil reference. Default: 0.
+    pub stencil_reference: u32,
+    /// Blend constant. Default: zeros.
+    pub blend_constant: [f32; 4],
+    /// Occlusion query of the pass. Default: none.
+    pub query: Option<u32>,
+}
+
+impl FrameDraw {
+    /// A draw of `elements` vertices with everything else at its default.
+    #[must_use]
+    pub fn new(pipeline: PipelineId, bind_group: BindGroupId, elements: Range<u32>) -> Self {
+        Self {
+            pipeline,
+            bind_group,
+            dynamic_offset: 0,
+            vertex_buffers: Vec::new(),
+            index: None,
+            elements,
+            base_vertex: 0,
+            instances: 0..1,
+            viewport: None,
+            scissor: None,
+            stencil_reference: 0,
+            blend_constant: [0.0; 4],
+            query: None,
+        }
+    }
+    /// The same draw with 32-bit indices from a buffer.
+    #[must_use]
+    pub fn indexed(mut self, buffer: BufferId) -> Self {
+        self.index = Some(FrameIndex { buffer, format: IndexFormat::Uint32 });
+        self
+    }
+}
+
+/// One render pass.
+#[derive(Clone, Debug, Default)]
+pub struct FramePass {
+    /// Name in errors, captures and `--layers`.
+    pub label: String,
+    /// Colour attachments; `None` for a hole.
+    pub color: Vec<Option<ColorTarget>>,
+    /// Depth-stencil attachment.
+    pub depth: Option<DepthTarget>,
+    /// In submission order.
+    pub draws: Vec<FrameDraw>,
+    /// Occlusion queries.
+    pub query_count: usize,
+    /// What the pass gives, if it ran while the frame was built and leaves its attachments as they are. Unless somebody looks inside, an executor
+    /// need not run it again. Default: not known.
+    pub known: Option<PassOutput>,
+}
+
+impl FramePass {
+    /// What is drawn to: colour attachments in order, then depth-stencil.
+    #[must_use]
+    pub fn attachments(&self) -> Vec<View> {
+        self.color.iter().flatten().map(|t| t.view).chain(self.depth.iter().map(|t| t.view)).collect()
+    }
+
+    /// The bind groups that the draws use, each once. A pass may have a hundred thousand draws with one bind group.
+    #[must_use]
+    pub fn bind_groups(&self) -> BTreeSet<BindGroupId> {
+        self.draws.chunk_by(|a, b| a.bind_group == b.bind_group).map(|run| run[0].bind_group).collect()
+    }
+}
+
+/// Named resources and an ordered list of passes.
+#[derive(Clone, Debug, Default)]
+pub struct Frame {
+    /// Rasterization rules of all pipelines.
+    pub rules: RasterRules,
+    /// Textures, attachments included.
+    pub textures: Vec<FrameTexture>,
+    /// Buffers.
+    pub buffers: Vec<FrameBuffer>,
+    /// Pipelines.
+    pub pipelines: Vec<RenderPipelineDescriptor>,
+    /// Bind groups.
+    pub bind_groups: Vec<BindGroup>,
+    /// Passes in order.
+    pub passes: Vec<FramePass>,
+}
+
+impl Frame {
+    /// Adds a texture of zeros.
+    pub fn texture(&mut self, desc: TextureDescriptor) -> TextureId {
+        self.textures.push(FrameTexture { desc, initial: Initial::Zero });
+        TextureId(self.textures.len() as u32 - 1)
+    }
+    /// Adds a texture with data.
+    pub fn texture_with(&mut self, desc: TextureDescriptor, layers: Vec<Arc<[u8]>>) -> TextureId {
+        self.textures.push(FrameTexture { desc, initial: Initial::Layers(layers) });
+        TextureId(self.textures.len() as u32 - 1)
+    }
+    /// Adds a buffer.
+    pub fn buffer(&mut self, label: impl Into<String>, data: Arc<Buffer>) -> BufferId {
+        self.buffers.push(FrameBuffer { label: label.into(), data });
+        BufferId(self.buffers.len() as u32 - 1)
+    }
+    /// Adds a pipeline.
+    pub fn pipeline(&mut self, desc: RenderPipelineDescriptor) -> PipelineId {
+        self.pipelines.push(desc);
+        PipelineId(self.pipelines.len() as u32 - 1)
+    }
+    /// Adds a bind group.
+    pub fn bind_group(&mut self, entries: Vec<BindEntry>) -> BindGroupId {
+        self.bind_groups.push(BindGroup { entries });
+        BindGroupId(self.bind_groups.len() as u32 - 1)
+    }
+    /// The pass of a name.
+    #[must_use]
+    pub fn pass_index(&self, label: &str) -> Option<usize> {
+        self.passes.iter().position(|p| p.label == label)
+    }
+    /// The texture of a name.
+    #[must_use]
+    pub fn texture_named(&self, label: &str) -> Option<TextureId> {
+        self.textures.iter().position(|t| t.desc.label == label).map(|i| TextureId(i as u32))
+    }
+}

@@ -1,0 +1,55 @@
+//! Scene descriptions: what there is to see, as plain data read from RON files.
+//!
+//! A [`Scene`] holds camera, lights, environment, water, medium, objects, tone and the settings of the techniques; [`load()`] reads and
+//! validates one, [`Scene::set`] changes one value by its command-line key. Every field is documented with its unit and default; unknown
+//! fields are errors; an error names file, line, column, the value seen and the values allowed. Lengths are in metres, times in seconds, y
+//! is up, colours are linear RGB.
+//!
+//! Nothing here draws: frames are built from scenes by the techniques.
+
+mod bridge;
+mod camera;
+mod check;
+mod description;
+mod environment;
+pub mod geom;
+mod keys;
+mod light;
+mod load;
+mod material;
+mod medium;
+mod mesh;
+pub mod mesh_file;
+mod names;
+mod object;
+mod pattern;
+mod settings;
+mod shape;
+mod smoke;
+mod source;
+pub mod text;
+mod tone;
+mod trace;
+pub mod water;
+
+pub use camera::Camera;
+pub use check::{Invalid, MAX_LENGTH_M, MAX_LIGHT};
+pub use description::{Image, MAX_IMAGE_PX, MAX_OBJECTS, MAX_TIME_S, MAX_TRIANGLES, Scene};
+pub use environment::{Environment, SunDisc};
+pub use keys::{Refusal, SETTINGS, Setting, SettingError};
+pub use light::{Aim, Incident, Light, MAX_LIGHTS, spot_falloff};
+pub use load::{MAX_FILE_BYTES, SceneError, load, parse, parse_bytes};
+pub use material::{Albedo, MAX_TILE_COLOURS, Material};
+pub use medium::Medium;
+pub use mesh::ObjectError;
+pub use names::nearest;
+pub use object::{Object, Transform};
+pub use pattern::PatternUniform;
+pub use settings::{
+    BeamCulling, BeamShadows, CausticVolumes, EnergyAt, EyeRefraction, Faces, Gather, LightVolumes, MAX_GRID, Radiometry, TechniqueSettings,
+};
+pub use shape::{MESH_EXTENSIONS, Shape};
+pub use smoke::{Density, DensityGrid, MAX_SMOKE_CELLS, Smoke};
+pub use source::Source;
+pub use tone::Tone;
+pub use trace::{MAX_PLANE_TEXELS, MeasuringPlane, TraceSettings};
