@@ -14,8 +14,8 @@ use nephroid::caustics::{RenderOptions, Renderer};
 use nephroid::frame::{BindEntry, ColorTarget, CpuExecutor, DepthTarget, Executor as _, Frame, FrameDraw, FramePass};
 use nephroid::gpu::{Gpu, GpuFrame, Vertices, adapters};
 use nephroid::pipeline::state::{
-    BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState,
-    DepthStencilState, PrimitiveState, PrimitiveTopology, StencilFaceState, StencilOperation, StencilState, TextureFormat,
+    ADDITIVE, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, PrimitiveState, PrimitiveTopology,
+    StencilFaceState, StencilOperation, StencilState, TextureFormat,
 };
 use nephroid::pipeline::{Buffer, Device, DeviceOptions, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 
@@ -53,12 +53,7 @@ fn microbenchmark(mode: Mode, topology: PrimitiveTopology, count: u32, pixels: f
     let mut frame = Frame::default();
     let buffer = frame.buffer("positions", Arc::new(Buffer::from_slice(&positions)));
     let group = frame.bind_group(vec![BindEntry::Storage(buffer)]);
-    let add = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
-    let state = ColorTargetState {
-        format: TextureFormat::R32Float,
-        blend: Some(BlendState { color: add, alpha: add }),
-        write_mask: ColorWrites::ALL,
-    };
+    let state = ColorTargetState { format: TextureFormat::R32Float, blend: Some(ADDITIVE), write_mask: ColorWrites::ALL };
     let (width, height) = SIZE;
     let mut pass = FramePass { label: "bench".into(), ..FramePass::default() };
     let colored = mode != Mode::Stencil;

@@ -11,8 +11,8 @@ use nephroid::caustics::{RenderOptions, Renderer};
 use nephroid::geom::shapes::Terrain;
 use nephroid::math::level::level_name;
 use nephroid::pipeline::state::{
-    BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState,
-    DepthStencilState, PrimitiveState, PrimitiveTopology, RasterRules, StencilFaceState, StencilOperation, StencilState, TextureFormat,
+    ADDITIVE, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, PrimitiveState, PrimitiveTopology,
+    RasterRules, StencilFaceState, StencilOperation, StencilState, TextureFormat,
 };
 use nephroid::pipeline::{
     Binding, Bindings, Buffer, ColorAttachment, DepthStencilAttachment, Device, DeviceOptions, Draw, LoadOp, Pass, RenderPipeline,
@@ -42,7 +42,6 @@ enum Mode {
 
 fn pipeline(mode: Mode, topology: PrimitiveTopology) -> RenderPipeline {
     let program = shared::program(mode != Mode::Stencil);
-    let add = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
     let face = StencilFaceState { pass_op: StencilOperation::IncrementWrap, ..StencilFaceState::IGNORE };
     let stencil = if mode == Mode::Stencil {
         StencilState { front: face, back: face, read_mask: 0xff, write_mask: 0xff }
@@ -60,7 +59,7 @@ fn pipeline(mode: Mode, topology: PrimitiveTopology) -> RenderPipeline {
         }),
         targets: vec![Some(ColorTargetState {
             format: TextureFormat::R32Float,
-            blend: Some(BlendState { color: add, alpha: add }),
+            blend: Some(ADDITIVE),
             write_mask: if mode == Mode::Stencil { ColorWrites::empty() } else { ColorWrites::ALL },
         })],
         ..RenderPipelineDescriptor::new("bench", program)

@@ -4,9 +4,7 @@ use super::GpuError;
 use super::device::Gpu;
 use super::twin::{TextureUse, Twin, VertexSource};
 use nephroid_pipeline::RenderPipelineDescriptor;
-use nephroid_pipeline::state::{
-    BlendComponent, BlendFactor, BlendOperation, BlendState, ColorTargetState, ColorWrites, FrontFace, PrimitiveTopology, TextureFormat,
-};
+use nephroid_pipeline::state::{ADDITIVE, BlendFactor, ColorTargetState, ColorWrites, FrontFace, PrimitiveTopology, TextureFormat};
 
 /// Format of the targets that count fragments: one query per channel.
 pub(super) const COUNTER_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
@@ -104,12 +102,11 @@ fn draws_triangles(desc: &RenderPipelineDescriptor) -> bool {
 
 /// Counter target `k`: adds one in the channel of the query, nothing elsewhere.
 fn counter_target(query: Option<u32>, k: u32) -> ColorTargetState {
-    let add = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
     let write_mask = match query {
         Some(query) if query / 4 == k => ColorWrites::from_bits_truncate(1 << (query % 4)),
         _ => ColorWrites::empty(),
     };
-    ColorTargetState { format: COUNTER_FORMAT, blend: Some(BlendState { color: add, alpha: add }), write_mask }
+    ColorTargetState { format: COUNTER_FORMAT, blend: Some(ADDITIVE), write_mask }
 }
 
 fn require_features(gpu: &Gpu, desc: &RenderPipelineDescriptor) -> Result<(), GpuError> {

@@ -343,10 +343,8 @@ pub fn lanes_from_i32<S: Simd>(ints: i32x16<S>) -> f32x16<S> {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
-
     use super::*;
-    use crate::level::available_levels;
+    use crate::level::{wide_dispatch, wide_levels};
 
     /// NaN and both zeros beside ordinary numbers, so that processors' own minima and maxima are held to the definition.
     #[test]
@@ -357,11 +355,11 @@ mod tests {
             let (a, b): (f32x16<S>, f32x16<S>) = (Lanes::splat(simd, a), Lanes::splat(simd, b));
             [Lanes::to_array(Lanes::min(a, b)), Lanes::to_array(Lanes::max(a, b))]
         }
-        for (name, level) in available_levels() {
+        for (name, level) in wide_levels() {
             for a in VALUES {
                 for b in VALUES {
                     let expected = [Lanes::min(a, b), Lanes::max(a, b)];
-                    let found = dispatch!(level, simd => both(simd, a, b));
+                    let found = wide_dispatch!(level, simd => both(simd, a, b), both(crate::level::baseline(), a, b));
                     for (found, expected) in found.iter().zip(expected) {
                         assert!(
                             found.iter().all(|v| v.to_bits() == expected.to_bits()),

@@ -85,9 +85,33 @@ macro_rules! wide_dispatch {
 }
 pub use wide_dispatch;
 
+/// The levels of this machine for which [`wide_dispatch!`] has machine code of its own, lowest first: what runs through it needs no test at
+/// any other.
+#[must_use]
+pub fn wide_levels() -> Vec<(&'static str, Level)> {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    let own_code = |level: Level| level.as_avx512().is_some() || level.as_avx2().is_some();
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    let own_code = |_: Level| true;
+    let levels = available_levels();
+    let narrow = levels.iter().rposition(|(_, level)| !own_code(*level));
+    levels.into_iter().skip(narrow.unwrap_or(0)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn wide_levels_are_one_narrow_level_and_all_wide_ones() {
+        let wide: Vec<_> = wide_levels().into_iter().map(|(name, _)| name).collect();
+        let all: Vec<_> = available_levels().into_iter().map(|(name, _)| name).collect();
+        assert!(all.ends_with(&wide) && !wide.is_empty(), "{wide:?} of {all:?}");
+        for (name, level) in available_levels() {
+            let copy = wide_dispatch!(level, simd => name_of(simd), "narrow");
+            assert_eq!(copy == "narrow", wide[0] == name || !wide.contains(&name), "{name}");
+        }
+    }
 
     #[test]
     fn levels_start_scalar_and_end_with_the_best() {

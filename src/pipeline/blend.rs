@@ -5,7 +5,7 @@ use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
 use nephroid_math::lanes::Lanes;
 
 use super::format::{ChannelKind, FormatInfo, Quantizer};
-use super::state::{BlendComponent, BlendFactor, BlendOperation, BlendState, ColorTargetState, ColorWrites, F16Rounding};
+use super::state::{ADDITIVE, BlendComponent, BlendFactor, BlendOperation, BlendState, ColorTargetState, ColorWrites, F16Rounding};
 use super::texture::TILE_PIXELS;
 
 /// Everything about a colour target that a draw's blending needs, worked out once per pipeline.
@@ -27,10 +27,9 @@ impl TargetPlan {
     pub fn new(state: &ColorTargetState, info: FormatInfo, f16: F16Rounding) -> Self {
         let clamp = matches!(info.kind, ChannelKind::Unorm8 | ChannelKind::Srgb8);
         let quantizer = Quantizer::new(info.kind, f16);
-        let additive = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
         let all = (1u32 << info.channels) - 1;
         let exact = quantizer == Quantizer::Exact && state.write_mask.bits() & all == all;
-        let additive_f32 = exact && state.blend.is_some_and(|b| b.color == additive && b.alpha == additive);
+        let additive_f32 = exact && state.blend == Some(ADDITIVE);
         let plain_f32 = exact && state.blend.is_none();
         Self { channels: info.channels, blend: state.blend, write_mask: state.write_mask, quantizer, clamp, additive_f32, plain_f32 }
     }

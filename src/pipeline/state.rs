@@ -6,6 +6,12 @@ pub use wgpu_types::{
     StencilState, TextureFormat, VertexAttribute, VertexFormat, VertexStepMode,
 };
 
+/// One times the source plus one times what is there.
+pub const ADD: BlendComponent =
+    BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
+/// [`ADD`] for colour and alpha: every fragment adds to its pixel.
+pub const ADDITIVE: BlendState = BlendState { color: ADD, alpha: ADD };
+
 /// Most colour targets of a pass. WebGPU's `maxColorAttachments` default.
 pub const MAX_COLOR_TARGETS: usize = 8;
 /// Most scalars a vertex hands to the next stage, beside position and point size (16 vectors of four).

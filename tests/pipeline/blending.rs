@@ -1,14 +1,14 @@
 //! Blending: the vectors of `rendering/color_target_state.spec.ts` as tables, against the blend equation written out in f64.
 
-use nephroid::math::lanes::Lanes;
-use nephroid::math::vector::{V4, v4};
-use nephroid::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program};
-use nephroid::pipeline::state::{
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::{V4, v4};
+use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program};
+use nephroid_pipeline::state::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, ColorTargetState, ColorWrites, RasterRules, TextureFormat,
 };
-use nephroid::pipeline::{Bindings, Draw, RenderPipeline, RenderPipelineDescriptor, linear_to_srgb8, srgb8_to_linear};
+use nephroid_pipeline::{Bindings, Draw, RenderPipeline, RenderPipelineDescriptor, linear_to_srgb8, srgb8_to_linear};
 
-use super::common::*;
+use super::passes::*;
 
 const SOURCE: [f32; 4] = [0.11, 0.61, 0.81, 0.44];
 const SOURCE1: [f32; 4] = [0.22, 0.41, 0.51, 0.33];
@@ -182,7 +182,7 @@ fn plain_add() -> BlendState {
 fn blending_formats() {
     for format in BLENDABLE {
         let seen = blend_once(format, Some(plain_add()), ColorWrites::ALL, [0.4; 4], [0.2; 4], [0.0; 4]);
-        let channels = nephroid::pipeline::format_info(format).expect("supported").channels;
+        let channels = nephroid_pipeline::format_info(format).expect("supported").channels;
         for value in &seen[..channels] {
             assert!((value - 0.6).abs() < 0.005, "{format:?}: {seen:?}");
         }

@@ -3,11 +3,11 @@
 //! Every triangle adds an integer weight of its own, so that a missing pixel of one cannot be paid by a surplus pixel of another. 1.1 million
 //! triangles in release, 90 thousand in debug.
 
-use nephroid::pipeline::shader::{Interpolation, ShaderWidth};
-use nephroid::pipeline::state::{RasterRules, TextureFormat};
-use nephroid::pipeline::{Device, DeviceOptions};
+use nephroid_pipeline::shader::{Interpolation, ShaderWidth};
+use nephroid_pipeline::state::{RasterRules, TextureFormat};
+use nephroid_pipeline::{Device, DeviceOptions};
 
-use super::common::*;
+use super::passes::*;
 use super::reference::{Fill, Fx, for_each_pixel, snap};
 
 /// The kinds of triangle: sizes, tie classes and shapes that drivers were found to disagree on.
@@ -170,29 +170,29 @@ fn check_size(size: (u32, u32), per_class: usize, batch: usize, seed: u64) {
 
 #[test]
 fn coverage_64x64() {
-    check_size((64, 64), cases(60_000, 4_000), 2_000, 1);
+    check_size((64, 64), sized(60_000, 4_000), 2_000, 1);
 }
 
 #[test]
 fn coverage_100x60() {
-    check_size((100, 60), cases(28_000, 2_000), 2_000, 2);
+    check_size((100, 60), sized(28_000, 2_000), 2_000, 2);
 }
 
 #[test]
 fn coverage_1024x768() {
-    check_size((1024, 768), cases(1_500, 150), 150, 3);
+    check_size((1024, 768), sized(1_500, 150), 150, 3);
 }
 
 #[test]
 fn coverage_3x5_and_65x1() {
-    check_size((3, 5), cases(2_000, 500), 500, 4);
-    check_size((65, 1), cases(2_000, 500), 500, 5);
+    check_size((3, 5), sized(2_000, 500), 500, 4);
+    check_size((65, 1), sized(2_000, 500), 500, 5);
 }
 
 #[test]
 fn coverage_at_every_level_and_width() {
-    let count = cases(1_000, 200);
-    for (name, level) in nephroid::math::level::available_levels() {
+    let count = sized(1_000, 200);
+    for (name, level) in nephroid_math::level::available_levels() {
         for width in [ShaderWidth::One, ShaderWidth::Sixteen] {
             let options = DeviceOptions { threads: Some(1), level: Some(level), width, ..DeviceOptions::default() };
             let device = Device::new(options).expect("threads start");

@@ -1,16 +1,16 @@
 //! Depth and stencil state: the vectors of the WebGPU conformance suite (`rendering/{depth,depth_bias,depth_clip_clamp,stencil}.spec.ts`) as
 //! tables, through every path that the pipeline has for them.
 
-use nephroid::math::lanes::Lanes;
-use nephroid::math::vector::v4;
-use nephroid::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program};
-use nephroid::pipeline::state::{
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::v4;
+use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program};
+use nephroid_pipeline::state::{
     CompareFunction, DepthBiasState, DepthStencilState, PrimitiveState, PrimitiveTopology, StencilFaceState, StencilOperation,
     StencilState, TextureFormat, Viewport,
 };
-use nephroid::pipeline::{Bindings, Draw};
+use nephroid_pipeline::{Bindings, Draw};
 
-use super::common::*;
+use super::passes::*;
 use CompareFunction::{Always, Equal, Greater, GreaterEqual, Less, LessEqual, Never, NotEqual};
 
 const DEPTH_FORMATS: [TextureFormat; 5] = [

@@ -1,18 +1,18 @@
 //! Draws: culling, topologies and restart, draw arguments, vertex attributes, targets, clears (`render_pipeline/{culling_tests,
 //! primitive_topology,pipeline_output_targets}.spec.ts`, `rendering/{draw,basic}.spec.ts`, `render_pass/{clear_value,storeOp}.spec.ts`).
 
-use nephroid::math::lanes::Lanes;
-use nephroid::math::vector::v4;
-use nephroid::pipeline::shader::{
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::v4;
+use nephroid_pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
 };
-use nephroid::pipeline::state::{
+use nephroid_pipeline::state::{
     Face, FrontFace, IndexFormat, PixelRect, PrimitiveState, PrimitiveTopology, RasterRules, TextureFormat, VertexAttribute,
     VertexBufferLayout, VertexFormat, VertexStepMode, Viewport,
 };
-use nephroid::pipeline::{Bindings, Buffer, Draw, IndexBuffer, StreamOutTarget, VertexBuffer, f16_to_f32};
+use nephroid_pipeline::{Bindings, Buffer, Draw, IndexBuffer, StreamOutTarget, VertexBuffer, f16_to_f32};
 
-use super::common::*;
+use super::passes::*;
 use super::reference::{Fill, Fx, for_each_pixel};
 
 const TOPOLOGIES: [PrimitiveTopology; 5] = [
@@ -490,7 +490,7 @@ fn targets_many_sparse_and_of_all_formats() {
         draw(&mut canvas, &pipeline, &triangle);
         for (i, format) in targets.iter().enumerate() {
             let Some(format) = format else { continue };
-            let channels = nephroid::pipeline::format_info(*format).expect("supported").channels;
+            let channels = nephroid_pipeline::format_info(*format).expect("supported").channels;
             for (c, value) in canvas.pixel(i, 4, 4)[..channels].iter().enumerate() {
                 let expected = (i * 4 + c + 1) as f32 / 64.0;
                 let tolerance = if matches!(format, Rgba8Unorm | Rg8Unorm) { 0.51 / 255.0 } else { 0.0 };
@@ -535,7 +535,7 @@ fn clear_and_load() {
         let mut canvas = Canvas::single((70, 3), format);
         canvas.clear = clear;
         canvas.run(Vec::new());
-        let channels = nephroid::pipeline::format_info(format).expect("supported").channels;
+        let channels = nephroid_pipeline::format_info(format).expect("supported").channels;
         let seen = canvas.pixel(0, 69, 2);
         for c in 0..channels {
             assert!((f64::from(seen[c]) - clear[c]).abs() < 0.005, "{format:?}: {seen:?}");

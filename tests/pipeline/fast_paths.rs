@@ -2,19 +2,19 @@
 //!
 //! An occlusion query or an observer forces the general path; bytes and counters must not change.
 
-use nephroid::math::lanes::Lanes;
-use nephroid::math::vector::v4;
-use nephroid::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program};
-use nephroid::pipeline::state::{
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::v4;
+use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program};
+use nephroid_pipeline::state::{
     CompareFunction, DepthBiasState, DepthStencilState, Face, FrontFace, PixelRect, PrimitiveState, PrimitiveTopology, StencilFaceState,
     StencilOperation, StencilState, TextureFormat,
 };
-use nephroid::pipeline::{
+use nephroid_pipeline::{
     Bindings, Device, Draw, FragmentEvent, FragmentOutcome, Observer, PassOutput, PrimitiveEvent, PrimitiveOutcome, RenderPipeline,
 };
 
-use super::common::*;
 use super::depth_stencil::depth_state;
+use super::passes::*;
 use super::sprites::SizedPull;
 
 const SIZE: (u32, u32) = (150, 90);
@@ -144,8 +144,8 @@ fn shortcuts_equal_the_general_path() {
     let mut rng = Rng(1001);
     let (mut count, mut total) = (0, 0);
     for (name, pipeline, format, depth) in states() {
-        for round in 0..cases(40, 2) {
-            let vertices = triangles(&mut rng, cases(250, 120));
+        for round in 0..sized(40, 2) {
+            let vertices = triangles(&mut rng, sized(250, 120));
             let (fast, fast_output, _) = run(device(), &[&pipeline], format, depth, &vertices, Force::Nothing, None);
             let (general, general_output, _) = run(device(), &[&pipeline], format, depth, &vertices, Force::Query, None);
             assert!(fast == general, "{name}: bytes differ between shortcut and query, round {round}");
@@ -192,7 +192,7 @@ fn coarse_depth_rejects_nothing_that_passes() {
     let mut rng = Rng(1004);
     let orders = [CompareFunction::Less, CompareFunction::LessEqual, CompareFunction::Greater, CompareFunction::GreaterEqual];
     let (mut passed, mut total) = (0, 0);
-    for round in 0..cases(60, 8) {
+    for round in 0..sized(60, 8) {
         let canvas = canvas_with_depth(&mut rng, format);
         let vertices = Vertices::new(&triangles(&mut rng, 400));
         let entries = vertices.entries();
@@ -238,7 +238,7 @@ fn small_primitives_equal_the_long_way() {
     let format = TextureFormat::Rgba32Float;
     let mut rng = Rng(1005);
     let mut total = 0;
-    for round in 0..cases(150, 12) {
+    for round in 0..sized(150, 12) {
         let mut canvas = canvas_with_depth(&mut rng, format);
         let mut list = Vec::new();
         for _ in 0..600 {
@@ -293,7 +293,7 @@ fn shortcuts_and_general_draws_interleave() {
     let fast = pipeline(pull_program(FlatColor, Interpolation::Flat), |desc| desc.targets = vec![additive(format)]);
     let slow = pipeline(pull_program(VaryingColor, Interpolation::Flat), |desc| desc.targets = vec![target(format)]);
     let mut rng = Rng(1002);
-    for _ in 0..cases(20, 3) {
+    for _ in 0..sized(20, 3) {
         let vertices = triangles(&mut rng, 900);
         let pipelines = [&fast, &slow, &fast, &fast, &slow, &slow, &fast, &slow, &fast];
         let a = run(device(), &pipelines, Some(format), None, &vertices, Force::Nothing, None).0;
@@ -428,7 +428,7 @@ fn observer_tells_what_happened() {
                     desc.depth_stencil = Some(state);
                     desc.primitive = PrimitiveState { cull_mode, ..PrimitiveState::default() };
                 });
-                let vertices = triangles(&mut rng, cases(600, 200));
+                let vertices = triangles(&mut rng, sized(600, 200));
                 let mut replay = Replay::new(3);
                 let (bytes, output, canvas) = run(
                     device(),

@@ -1,13 +1,13 @@
 //! What fragment shaders are given: position, facing, primitive index, interpolated and flat varyings, derivatives
 //! (`shader_io/fragment_builtins.spec.ts`), against interpolation in f64.
 
-use nephroid::math::lanes::{Lanes, Mask};
-use nephroid::math::vector::v4;
-use nephroid::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program};
-use nephroid::pipeline::state::{TextureFormat, Viewport};
-use nephroid::pipeline::{Bindings, Device, Draw};
+use nephroid_math::lanes::{Lanes, Mask};
+use nephroid_math::vector::v4;
+use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program};
+use nephroid_pipeline::state::{TextureFormat, Viewport};
+use nephroid_pipeline::{Bindings, Device, Draw};
 
-use super::common::*;
+use super::passes::*;
 use super::reference::{Fill, covers, snap};
 
 /// Which input a shader writes out.
@@ -128,7 +128,7 @@ fn varyings_of_random_triangles() {
     let mut rng = Rng(601);
     let size = (100, 60);
     let (mut greatest, mut fragments) = (0.0f64, 0u64);
-    for _ in 0..cases(3_000, 300) {
+    for _ in 0..sized(3_000, 300) {
         let clip: [[f32; 4]; 3] = [(); 3].map(|()| {
             let w = libm::exp(rng.real(-2.0, 2.0)) as f32;
             let p = [rng.real(0.0, 100.0), rng.real(0.0, 60.0)];
@@ -254,7 +254,7 @@ impl FragmentShader for Holes {
 
 #[test]
 fn discarded_fragments_leave_nothing() {
-    use nephroid::pipeline::state::{CompareFunction, StencilFaceState, StencilOperation, StencilState};
+    use nephroid_pipeline::state::{CompareFunction, StencilFaceState, StencilOperation, StencilState};
     for device in [device(), scalar_device()] {
         let program = Program { may_discard: true, ..plain_program(Holes) };
         let format = TextureFormat::Depth32FloatStencil8;

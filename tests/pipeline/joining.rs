@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use nephroid::math::lanes::Lanes;
-use nephroid::math::vector::v4;
-use nephroid::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying};
-use nephroid::pipeline::state::{CompareFunction, RasterRules, TextureFormat};
-use nephroid::pipeline::{BindingKind, Bindings, Device, Draw, PassOutput, RenderPipeline, RenderPipelineDescriptor};
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::v4;
+use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying};
+use nephroid_pipeline::state::{CompareFunction, RasterRules, TextureFormat};
+use nephroid_pipeline::{BindingKind, Bindings, Device, Draw, PassOutput, RenderPipeline, RenderPipelineDescriptor};
 
-use super::common::*;
 use super::depth_stencil::depth_state;
+use super::passes::*;
 
 const SIZE: (u32, u32) = (150, 90);
 
@@ -94,7 +94,7 @@ fn run(device: &Device, pipeline: &RenderPipeline, vertices: &Vertices) -> (Vec<
 fn blocks_shaded_for_all_their_primitives_equal_blocks_shaded_for_each() {
     let mut rng = Rng(191);
     let mut shaded = 0;
-    for round in 0..cases(48, 16) {
+    for round in 0..sized(48, 16) {
         let case = Case {
             mode: [Interpolation::Perspective, Interpolation::Linear, Interpolation::Flat][round % 3],
             discards: round % 2 == 1,

@@ -1,13 +1,16 @@
 //! Tests of the software GPU as a whole: vectors from the WebGPU conformance suite, properties on random triangles against independent
-//! rasterizers, closed volumes in the stencil, driver presets, determinism, and fast paths against the general path.
+//! rasterizers, closed volumes in the stencil, driver presets, and fast paths against the general path.
 //!
 //! Every comparison helper has a test in which it must fail (`negative.rs`, or beside the helper).
 
+#[path = "../support/numbers.rs"]
+mod numbers;
+#[path = "../support/passes.rs"]
+mod passes;
+
 mod blending;
-mod common;
 mod coverage;
 mod depth_stencil;
-mod determinism;
 mod drawing;
 mod fast_paths;
 mod fragments;

@@ -3,17 +3,17 @@
 //! Each mesh is drawn in shuffled order with every triangle's corners rotated and, half of the time, turned over; the target adds one per
 //! fragment. 1.2 million triangles in release, 110 thousand in debug.
 
-use nephroid::pipeline::shader::{Interpolation, ShaderWidth};
-use nephroid::pipeline::state::{PrimitiveState, TextureFormat};
-use nephroid::pipeline::{Device, DeviceOptions};
+use nephroid_pipeline::shader::{Interpolation, ShaderWidth};
+use nephroid_pipeline::state::{PrimitiveState, TextureFormat};
+use nephroid_pipeline::{Device, DeviceOptions};
 
-use super::common::*;
+use super::passes::*;
 
 type Triangle = [[f32; 4]; 3];
 
 /// Every device that the meshes take in turn.
 fn devices() -> Vec<Device> {
-    let levels = nephroid::math::level::available_levels();
+    let levels = nephroid_math::level::available_levels();
     let mut devices = Vec::new();
     for (i, (_, level)) in levels.iter().enumerate() {
         let width = if i % 2 == 0 { ShaderWidth::Sixteen } else { ShaderWidth::One };
@@ -156,7 +156,7 @@ fn check_meshes(seed: u64, triangles: usize, mut make: impl FnMut(&mut Rng, (u32
 #[test]
 fn mesh_grids_any_place() {
     let make = |rng: &mut Rng, size| jittered_grid(rng, size, 1.0 / 4096.0, 0.0);
-    check_meshes(11, cases(300_000, 20_000), make, "jittered grid");
+    check_meshes(11, sized(300_000, 20_000), make, "jittered grid");
 }
 
 #[test]
@@ -165,21 +165,21 @@ fn mesh_grids_on_tie_classes() {
         [(0.5, 0.0), (1.0, 0.5), (1.0 / 16.0, 0.0), (1.0 / 256.0, 1.0 / 512.0), (1.0 / 16.0, 1.0 / 32.0)].into_iter().enumerate()
     {
         let make = |rng: &mut Rng, size| jittered_grid(rng, size, step, offset);
-        check_meshes(20 + i as u64, cases(80_000, 6_000), make, &format!("grid on 1/{} + {offset}", 1.0 / step));
+        check_meshes(20 + i as u64, sized(80_000, 6_000), make, &format!("grid on 1/{} + {offset}", 1.0 / step));
     }
 }
 
 #[test]
 fn mesh_fans() {
-    check_meshes(31, cases(250_000, 20_000), |rng, size| fan(rng, size, 2.0), "fan");
-    check_meshes(32, cases(100_000, 8_000), |rng, size| fan(rng, size, 10.0), "wide fan");
+    check_meshes(31, sized(250_000, 20_000), |rng, size| fan(rng, size, 2.0), "fan");
+    check_meshes(32, sized(100_000, 8_000), |rng, size| fan(rng, size, 10.0), "wide fan");
 }
 
 #[test]
 fn mesh_beyond_guard_band() {
     for (i, reach) in [1.0e5, 1.0e6, 1.0e8].into_iter().enumerate() {
         let make = |rng: &mut Rng, size| beyond_guard_band(rng, size, reach);
-        check_meshes(41 + i as u64, cases(60_000, 8_000), make, &format!("grid to {reach} pixels"));
+        check_meshes(41 + i as u64, sized(60_000, 8_000), make, &format!("grid to {reach} pixels"));
     }
 }
 
@@ -220,7 +220,7 @@ fn warped_grid(rng: &mut Rng, count: usize, extent: f64) -> Vec<[f64; 2]> {
 fn mesh_crossing_near_and_far() {
     let devices = devices();
     let mut rng = Rng(51);
-    let wanted = cases(150_000, 15_000);
+    let wanted = sized(150_000, 15_000);
     let (mut done, mut meshes, mut certain) = (0, 0, 0);
     while done < wanted {
         let size = SIZES[if meshes % 24 == 23 { 2 } else { meshes % 2 }];
@@ -270,9 +270,9 @@ fn mesh_crossing_near_and_far() {
 /// Culling each facing in turn covers the union once between the two.
 #[test]
 fn mesh_facings_share_the_pixels() {
-    use nephroid::pipeline::state::Face;
+    use nephroid_pipeline::state::Face;
     let mut rng = Rng(61);
-    for round in 0..cases(60, 10) {
+    for round in 0..sized(60, 10) {
         let size = SIZES[round % 2];
         let mut mesh = if round % 3 == 0 { beyond_guard_band(&mut rng, size, 1.0e5) } else { jittered_grid(&mut rng, size, 0.5, 0.0) };
         scramble(&mut rng, &mut mesh);

@@ -1,10 +1,10 @@
 //! Blending in primitive order: f32 sums are the sequential ones, bit for bit, whatever the device and the wave.
 
-use nephroid::pipeline::shader::{Interpolation, ShaderWidth};
-use nephroid::pipeline::state::{F16Rounding, RasterRules, TextureFormat};
-use nephroid::pipeline::{Device, DeviceOptions, f16_to_f32, f32_to_f16, format_info};
+use nephroid_pipeline::shader::{Interpolation, ShaderWidth};
+use nephroid_pipeline::state::{F16Rounding, RasterRules, TextureFormat};
+use nephroid_pipeline::{Device, DeviceOptions, f16_to_f32, f32_to_f16, format_info};
 
-use super::common::*;
+use super::passes::*;
 use super::reference::{Fill, for_each_pixel, snap};
 
 struct Case {
@@ -68,8 +68,8 @@ fn devices() -> Vec<Device> {
 fn additive_f32_is_the_sequential_sum() {
     let mut rng = Rng(301);
     let (mut triangles, mut fragments) = (0, 0);
-    for round in 0..cases(4, 2) {
-        let case = Case::random(&mut rng, [(100, 60), (320, 240)][round % 2], cases(12_000, 3_000));
+    for round in 0..sized(4, 2) {
+        let case = Case::random(&mut rng, [(100, 60), (320, 240)][round % 2], sized(12_000, 3_000));
         for (format, channels) in [(TextureFormat::R32Float, 1), (TextureFormat::Rg32Float, 2), (TextureFormat::Rgba32Float, 4)] {
             let (expected, count) = case.expected(channels, |sum| sum);
             for (i, device) in devices().iter().enumerate() {

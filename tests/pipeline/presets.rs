@@ -3,9 +3,9 @@
 //! Sources: measurements of Mesa's llvmpipe 25.0.7 and SwiftShader 5.0. Each triangle writes its depth unconditionally, so that a batch in order
 //! compares as one image.
 
-use nephroid::pipeline::state::{CompareFunction, DepthBiasState, DepthStencilState, RasterRules, StencilState, TextureFormat};
+use nephroid_pipeline::state::{CompareFunction, DepthBiasState, DepthStencilState, RasterRules, StencilState, TextureFormat};
 
-use super::common::*;
+use super::passes::*;
 use super::reference::{Fill, Fx, for_each_pixel};
 
 /// A clip position through one driver's viewport arithmetic.
@@ -232,7 +232,7 @@ fn presets_inside_the_view() {
     for driver in DRIVERS {
         let (mut count, mut pixels) = (0, 0);
         for (size, share) in SIZES {
-            for _ in 0..cases(50, 4) {
+            for _ in 0..sized(50, 4) {
                 let triangles: Vec<_> = (0..share * 50).map(|_| inside_view(&mut rng, size)).collect();
                 pixels += check(driver, size, &triangles, "inside the view");
                 count += triangles.len();
@@ -249,7 +249,7 @@ fn preset_llvmpipe_clipped() {
         let (mut count, mut pixels) = (0, 0);
         for (size, share) in SIZES {
             for kind in 0..7 {
-                for _ in 0..cases(8, 1) {
+                for _ in 0..sized(8, 1) {
                     let triangles: Vec<_> = (0..share * 25).map(|_| crossing(&mut rng, kind)).collect();
                     pixels += check(driver, size, &triangles, &format!("crossing, kind {kind}"));
                     count += triangles.len();

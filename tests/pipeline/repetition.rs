@@ -4,16 +4,16 @@
 
 use std::sync::Arc;
 
-use nephroid::math::lanes::Lanes;
-use nephroid::math::vector::v4;
-use nephroid::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program};
-use nephroid::pipeline::state::{
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::v4;
+use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program};
+use nephroid_pipeline::state::{
     ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, PixelRect, RasterRules, StencilFaceState,
     StencilOperation, StencilState, TextureFormat,
 };
-use nephroid::pipeline::{BindingKind, Bindings, Device, Draw, Observer, PassOutput, RenderPipeline, RenderPipelineDescriptor};
+use nephroid_pipeline::{BindingKind, Bindings, Device, Draw, Observer, PassOutput, RenderPipeline, RenderPipelineDescriptor};
 
-use super::common::*;
+use super::passes::*;
 
 const SIZE: (u32, u32) = (150, 90);
 
@@ -29,7 +29,7 @@ impl FragmentShader for Smooth {
 }
 
 fn program() -> Arc<Program> {
-    let color = nephroid::pipeline::shader::Varying { name: "color", components: 3, interpolation: Interpolation::Perspective };
+    let color = nephroid_pipeline::shader::Varying { name: "color", components: 3, interpolation: Interpolation::Perspective };
     Arc::new(Program {
         bindings: vec![BindingKind::Storage(32)],
         varyings: vec![color],
@@ -102,7 +102,7 @@ fn run(device: &Device, draws: &[Draw<'_>], observer: Option<&mut dyn Observer>)
 fn repeated_draws_leave_the_bytes_and_counters_of_draws_on_their_own() {
     let mut rng = Rng(181);
     let (mut repeated, mut passed) = (0, 0);
-    for round in 0..cases(60, 12) {
+    for round in 0..sized(60, 12) {
         let rules = [RasterRules::REFERENCE, RasterRules::LAVAPIPE, RasterRules::SWIFTSHADER][round % 3];
         let pipelines = pipelines(&mut rng, rules);
         let vertices = Vertices::new(&bunches(&mut rng, 600));

@@ -1,11 +1,11 @@
 //! Input that no sane program draws: nothing panics, nothing depends on the device, refused passes say why.
 
-use nephroid::pipeline::shader::Interpolation;
-use nephroid::pipeline::state::{CompareFunction, PixelRect, PrimitiveState, PrimitiveTopology, RasterRules, TextureFormat, Viewport};
-use nephroid::pipeline::{Bindings, ColorAttachment, Draw, LoadOp, Pass, PassError, Texture, TextureDescriptor, run_pass};
+use nephroid_pipeline::shader::Interpolation;
+use nephroid_pipeline::state::{CompareFunction, PixelRect, PrimitiveState, PrimitiveTopology, RasterRules, TextureFormat, Viewport};
+use nephroid_pipeline::{Bindings, ColorAttachment, Draw, LoadOp, Pass, PassError, Texture, TextureDescriptor, run_pass};
 
-use super::common::*;
 use super::depth_stencil::depth_state;
+use super::passes::*;
 
 /// A number of any size, sign and kind.
 fn wild(rng: &mut Rng) -> f32 {
@@ -27,7 +27,7 @@ fn wild_vertices_give_the_same_bytes_everywhere() {
     let size = (100, 60);
     let mut rng = Rng(1101);
     let mut total = 0;
-    for round in 0..cases(300, 40) {
+    for round in 0..sized(300, 40) {
         // Half of the rounds without the values that drop a primitive at once.
         let tame = round % 2 == 0;
         let number = |rng: &mut Rng| loop {
@@ -134,7 +134,7 @@ fn refused_passes_say_why() {
         let attachment = |texture| ColorAttachment {
             surface: texture,
             format: TextureFormat::R32Float,
-            load: LoadOp::Clear(nephroid::pipeline::state::Color::WHITE),
+            load: LoadOp::Clear(nephroid_pipeline::state::Color::WHITE),
         };
         let mut pass = Pass {
             label: "refused".into(),

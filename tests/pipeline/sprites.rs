@@ -1,14 +1,14 @@
 //! Points and lines: squares around the snapped centre, rectangles around the segment, both by the triangle's fill rule.
 
-use nephroid::math::lanes::Lanes;
-use nephroid::math::vector::v4;
-use nephroid::pipeline::shader::{
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::v4;
+use nephroid_pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, VertexInput, VertexOutput, VertexShader,
 };
-use nephroid::pipeline::state::{LineCorners, PrimitiveState, PrimitiveTopology, RasterRules, TextureFormat, Viewport};
-use nephroid::pipeline::{Bindings, Device, Draw};
+use nephroid_pipeline::state::{LineCorners, PrimitiveState, PrimitiveTopology, RasterRules, TextureFormat, Viewport};
+use nephroid_pipeline::{Bindings, Device, Draw};
 
-use super::common::*;
+use super::passes::*;
 use super::reference::{Fill, Fx, for_each_pixel, snap, window};
 
 /// [`Pull`] whose fourth number is the point's size.
@@ -51,7 +51,7 @@ fn points_are_half_open_squares() {
     let size = (100, 60);
     let mut rng = Rng(801);
     let mut pixels = 0u64;
-    for round in 0..cases(40, 8) {
+    for round in 0..sized(40, 8) {
         let vertices: Vec<Vertex> = (0..200)
             .map(|_| {
                 let step = [1.0 / 4096.0, 0.5, 1.0 / 16.0, 1.0 / 512.0][rng.int(0..4) as usize];
@@ -78,7 +78,7 @@ fn points_are_half_open_squares() {
         let seen = points(device, size, RasterRules::REFERENCE, &vertices, Viewport::full(100, 60)).channel(0, 0);
         assert_eq!(first_difference(100, &expected, &seen), None, "round {round}");
     }
-    println!("points: {} points, {pixels} pixels", cases(40, 8) * 200);
+    println!("points: {} points, {pixels} pixels", sized(40, 8) * 200);
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn lines_are_rectangles() {
     for corners in [LineCorners::UnsnappedEnds, LineCorners::SnappedEnds] {
         let rules = RasterRules { line_corners: corners, ..RasterRules::REFERENCE };
         for width in [1.0f32, 1.0, 2.5, 8.0] {
-            for round in 0..cases(10, 2) {
+            for round in 0..sized(10, 2) {
                 let vertices: Vec<Vertex> = (0..400)
                     .map(|_| {
                         let step = [1.0 / 4096.0, 0.5, 1.0 / 16.0][rng.int(0..3) as usize];

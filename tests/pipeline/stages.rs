@@ -1,17 +1,17 @@
 //! Geometry stage, stream-out, occlusion counts and pipeline statistics.
 
-use nephroid::math::lanes::Lanes;
-use nephroid::math::vector::v4;
-use nephroid::pipeline::shader::{
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::v4;
+use nephroid_pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Geometry, GeometryInput, GeometryOutput, GeometryShader, Interpolation, Program, Varying,
 };
-use nephroid::pipeline::state::{
+use nephroid_pipeline::state::{
     CompareFunction, Face, GeometryTopology, IndexFormat, PixelRect, PrimitiveState, PrimitiveTopology, TextureFormat,
 };
-use nephroid::pipeline::{Bindings, Buffer, Device, DeviceOptions, Draw, IndexBuffer, PipelineStatistics, StreamOutTarget};
+use nephroid_pipeline::{Bindings, Buffer, Device, DeviceOptions, Draw, IndexBuffer, PipelineStatistics, StreamOutTarget};
 
-use super::common::*;
 use super::depth_stencil::depth_state;
+use super::passes::*;
 use super::reference::{Fill, for_each_pixel, snap};
 
 /// A closure as a geometry shader.
@@ -252,7 +252,7 @@ fn occlusion_counts_are_exact() {
     write.stencil.back.compare = CompareFunction::Equal;
     write.stencil.read_mask = 0xff;
     let stencil = pipeline(depth_only_program(), |desc| desc.depth_stencil = Some(write));
-    for round in 0..cases(20, 4) {
+    for round in 0..sized(20, 4) {
         let buffers: Vec<(Vec<Vertex>, Vertices)> = (0..4)
             .map(|_| {
                 let vertices = random_triangles(&mut rng, size, 50);

@@ -1,15 +1,15 @@
 //! Texture reads: filters, address modes, mip levels, cubes, volumes, comparison, loads, and reading what an earlier pass drew.
 
-use nephroid::math::lanes::Lanes;
-use nephroid::math::vector::{V3, v2, v3, v4};
-use nephroid::pipeline::sampler::{
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::{V3, v2, v3, v4};
+use nephroid_pipeline::sampler::{
     AddressMode, FilterMode, Sampler, load, sample_3d, sample_compare, sample_cube, sample_grad, sample_level,
 };
-use nephroid::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying};
-use nephroid::pipeline::state::{CompareFunction, TextureFormat};
-use nephroid::pipeline::{Binding, BindingKind, Bindings, Draw, Texture, TextureDescriptor, TextureShape};
+use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying};
+use nephroid_pipeline::state::{CompareFunction, TextureFormat};
+use nephroid_pipeline::{Binding, BindingKind, Bindings, Draw, Texture, TextureDescriptor, TextureShape};
 
-use super::common::*;
+use super::passes::*;
 
 fn texture(width: u32, height: u32, values: impl Fn(u32, u32) -> f32) -> Texture {
     let mut texture = Texture::new(TextureDescriptor::d2("t", width, height, TextureFormat::R32Float)).expect("valid");

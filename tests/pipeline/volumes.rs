@@ -1,11 +1,11 @@
 //! Closed volumes in the stencil: nothing outside, integer counts inside, also across the borders of view and guard band.
 
-use nephroid::pipeline::state::{
+use nephroid_pipeline::state::{
     CompareFunction, DepthBiasState, DepthStencilState, RasterRules, StencilFaceState, StencilOperation, StencilState, TextureFormat,
 };
-use nephroid::pipeline::{Device, PassOutput};
+use nephroid_pipeline::{Device, PassOutput};
 
-use super::common::*;
+use super::passes::*;
 use super::reference::{Fill, Fx, for_each_pixel, snap};
 
 /// An icosahedron's faces, each cut into `4^levels`, corners on the unit sphere; outward is counter-clockwise.
@@ -168,7 +168,7 @@ fn closed_volumes_leave_the_stencil_as_it_was() {
     let mut rng = Rng(101);
     let (mut triangles, mut pixels) = (0, 0);
     let formats = [TextureFormat::Depth32FloatStencil8, TextureFormat::Depth24PlusStencil8, TextureFormat::Stencil8];
-    for round in 0..cases(120, 12) {
+    for round in 0..sized(120, 12) {
         let size = [(64, 64), (100, 60), (1024, 768)][if round % 6 == 5 { 2 } else { round % 2 }];
         let volumes = random_volumes(&mut rng, 30, (0.2, 40.0), (0.1, 4.0), 0.9);
         let device = if round % 2 == 0 { device() } else { scalar_device() };
@@ -187,7 +187,7 @@ fn closed_volumes_leave_the_stencil_as_it_was() {
 #[test]
 fn closed_volumes_beyond_the_guard_band() {
     let mut rng = Rng(102);
-    for round in 0..cases(300, 60) {
+    for round in 0..sized(300, 60) {
         let size = [(64, 64), (100, 60)][round % 2];
         let shapes = [icosphere(1), icosphere(2), torus(24, 10)];
         // Orthographic, in pixels: volumes far larger than what coordinates can hold.
@@ -226,7 +226,7 @@ fn stencil_counts_equal_integer_counts() {
     use StencilOperation::*;
     let mut rng = Rng(103);
     let mut deepest = 0;
-    for round in 0..cases(8, 3) {
+    for round in 0..sized(8, 3) {
         let size = [(64, 64), (100, 60)][round % 2];
         // Near the axis and large: up to several hundred layers.
         let volumes = random_volumes(&mut rng, 500, (8.0, 30.0), (1.0, 3.0), 0.06);
@@ -259,7 +259,7 @@ fn stencil_count_is_point_in_volume() {
     let mut rng = Rng(104);
     let size = (100, 60);
     let (mut sure, mut inside_any) = (0, 0);
-    for round in 0..cases(40, 8) {
+    for round in 0..sized(40, 8) {
         let depth_z = -rng.real(6.0, 20.0);
         let clear_depth = {
             let p = perspective(glam::DVec3::new(0.0, 0.0, depth_z));

@@ -8,13 +8,13 @@ use rayon::prelude::*;
 use crate::beams::LightBeams;
 use crate::passes::fullscreen;
 use crate::stage::light::StageLight;
-use crate::stage::state::{ADDITIVE, clear, clear_or_keep, target};
+use crate::stage::state::{clear, clear_or_keep, target};
 use crate::stage::{Stage, View};
 use nephroid_pipeline::frame::{BindEntry, DepthTarget, FrameDraw, FrameIndex, FramePass, TextureId};
 use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::state::{
-    ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, IndexFormat, PrimitiveState, StencilFaceState,
-    StencilOperation, StencilState, TextureFormat,
+    ADDITIVE, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, IndexFormat, PrimitiveState,
+    StencilFaceState, StencilOperation, StencilState, TextureFormat,
 };
 use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
 use nephroid_scene::{Gather, LightVolumes, Radiometry, Scene};

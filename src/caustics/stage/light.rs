@@ -10,12 +10,12 @@ use crate::passes::{fullscreen, light, shadow_map};
 use crate::receivers::ReceiverGroup;
 use nephroid_pipeline::frame::{BindEntry, BufferId, DepthTarget, FrameDraw, FramePass, TextureId};
 use nephroid_pipeline::sampler::Sampler;
-use nephroid_pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
+use nephroid_pipeline::state::{ADDITIVE, CompareFunction, DepthBiasState, TextureFormat};
 use nephroid_pipeline::{LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 use nephroid_scene::geom::Aabb;
 use nephroid_scene::{Light, Scene};
 
-use super::state::{ADDITIVE, clear, clear_or_keep, depth_state, target};
+use super::state::{clear, clear_or_keep, depth_state, target};
 use super::{Stage, View};
 
 /// A light of the frame.

@@ -3,14 +3,7 @@
 use nephroid_pipeline::LoadOp;
 use nephroid_pipeline::frame::{ColorTarget, TextureId};
 use nephroid_pipeline::state::{
-    BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState,
-    DepthStencilState, StencilState, TextureFormat,
-};
-
-/// Adds to what is there, in all channels.
-pub const ADDITIVE: BlendState = {
-    let add = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
-    BlendState { color: add, alpha: add }
+    BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, StencilState, TextureFormat,
 };
 
 /// An attachment that starts as zeros.

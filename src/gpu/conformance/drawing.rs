@@ -6,8 +6,8 @@ use super::program::{Vertex, program};
 use nephroid_pipeline::frame::{BindEntry, ColorTarget, DepthTarget, Frame, FrameDraw, FramePass};
 use nephroid_pipeline::shader::Interpolation;
 use nephroid_pipeline::state::{
-    BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, DepthStencilState, PrimitiveState,
-    PrimitiveTopology, RasterRules, TextureFormat, Viewport,
+    ADDITIVE, BlendState, Color, ColorTargetState, ColorWrites, DepthStencilState, PrimitiveState, PrimitiveTopology, RasterRules,
+    TextureFormat, Viewport,
 };
 use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 
@@ -46,12 +46,6 @@ pub struct Drawing {
     pub viewport: Option<Viewport>,
 }
 
-/// `src + dst`.
-pub const ADD: BlendState = {
-    let add = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
-    BlendState { color: add, alpha: add }
-};
-
 impl Drawing {
     /// Triangles whose colours add up in a 32-bit float target.
     #[must_use]
@@ -61,7 +55,7 @@ impl Drawing {
             vertices,
             topology: PrimitiveTopology::TriangleList,
             interpolation: Interpolation::Flat,
-            color: Some((TextureFormat::R32Float, Some(ADD))),
+            color: Some((TextureFormat::R32Float, Some(ADDITIVE))),
             clear: Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 },
             depth_stencil: None,
             clear_depth: 1.0,

@@ -1,12 +1,12 @@
 //! The drawings of the cases: which primitives, in which state, into which targets.
 
-use super::drawing::{ADD, Drawing};
+use super::drawing::Drawing;
 use super::primitives::{Crossing, MOST_ADDED, Shape, Source, any_w, corners, crossing, push_flat, push_weighted, to_clip};
 use super::program::Vertex;
 use nephroid_pipeline::shader::Interpolation;
 use nephroid_pipeline::state::{
-    BlendComponent, BlendFactor, BlendOperation, BlendState, Color, CompareFunction, DepthBiasState, DepthStencilState, PrimitiveTopology,
-    StencilFaceState, StencilOperation, StencilState, TextureFormat,
+    ADDITIVE, BlendComponent, BlendFactor, BlendOperation, BlendState, Color, CompareFunction, DepthBiasState, DepthStencilState,
+    PrimitiveTopology, StencilFaceState, StencilOperation, StencilState, TextureFormat,
 };
 
 /// Target sizes in turn: a power of two, one that is not, and a screen.
@@ -285,7 +285,7 @@ pub(super) fn blending(format: TextureFormat, colors: Colors, factors: Factors, 
 
 /// No blending, or plain addition: how a format rounds.
 pub(super) fn rounding(format: TextureFormat, colors: Colors, add: bool, source: &mut Source, index: u32) -> Drawing {
-    blended(format, colors, add.then_some(ADD), source, index)
+    blended(format, colors, add.then_some(ADDITIVE), source, index)
 }
 
 fn blended(format: TextureFormat, colors: Colors, blend: Option<BlendState>, source: &mut Source, index: u32) -> Drawing {

@@ -1,9 +1,9 @@
 //! Accuracy against 64-bit `libm`, special values, and equal bits at every width and level.
 
-use fearless_simd::{Level, Simd, dispatch, f32x16};
+use fearless_simd::{Simd, f32x16};
 
 use super::*;
-use crate::level::available_levels;
+use crate::level::{wide_dispatch, wide_levels};
 
 /// `|got − exact|` in units of the last place of `exact` as an `f32` (of the smallest normal number below it).
 fn ulps(got: f32, exact: f64) -> f64 {
@@ -138,37 +138,10 @@ fn functions_have_the_same_bits_at_every_level() {
         if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() }
     }
     let xs = arguments();
-    for (name, level) in available_levels() {
-        let level: Level = level;
-        let results = dispatch!(level, simd => wide(simd, &xs));
+    for (name, level) in wide_levels() {
+        let results = wide_dispatch!(level, simd => wide(simd, &xs), wide(crate::level::baseline(), &xs));
         for (x, got) in xs.iter().zip(results) {
             assert_eq!(all_functions(*x).map(canonical), got.map(canonical), "argument {x} at level {name}");
         }
-    }
-}
-
-#[inline(always)]
-fn exp_all<S: Simd>(simd: S, xs: &mut [f32]) {
-    simd.vectorize(
-        #[inline(always)]
-        || {
-            for block in xs.chunks_exact_mut(16) {
-                exp(f32x16::load(simd, block)).store(block);
-            }
-        },
-    );
-}
-
-#[test]
-#[ignore = "a measurement: run in release with --nocapture"]
-fn exp_cost() {
-    for (name, level) in available_levels() {
-        let mut xs: Vec<f32> = (0..4096).map(|i| i as f32 * -1e-3).collect();
-        let start = std::time::Instant::now();
-        let rounds = 20_000;
-        for _ in 0..rounds {
-            dispatch!(level, simd => exp_all(simd, std::hint::black_box(&mut xs)));
-        }
-        println!("{name}: {:.3} ns per exp", start.elapsed().as_secs_f64() * 1e9 / f64::from(rounds * 4096));
     }
 }

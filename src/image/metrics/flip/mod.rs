@@ -9,7 +9,7 @@
 //! number to report. The steps: [`color`] goes to an opponent space; [`filter`] blurs as the eye does and finds edges and points; [`ldr`]
 //! measures how far colours and features lie apart; [`hdr`] repeats that over exposures and keeps the largest value.
 //!
-//! Numbers agree with the authors' program (version 1.7 of `flip_evaluator`) within 1e-5 in every pixel: `tests/flip.rs`. For that, the
+//! Numbers agree with the authors' program (version 1.7 of `flip_evaluator`) within 1e-5 in every pixel: `tests/suite/flip.rs`. For that, the
 //! arithmetic is theirs: 32 bits, sums in the order of the taps. It matters, since the feature difference is the *square root* of a
 //! difference of filtered values, and turns a rounding error of 1e-7 into 3e-4. Two things are done as the program does them and not as the
 //! first paper has them: lightness is divided by 116 before the feature filters (the paper's 100 is an erratum that its authors list), and the

@@ -1,0 +1,22 @@
+//! Everything that is neither bits nor drivers: files, scenes, pictures, the program, the ground truth and the techniques against what is known.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod analytic;
+mod caustic_volumes;
+mod caustic_volumes_analytic;
+mod cli;
+mod docs_paths;
+mod flip;
+mod images;
+mod layering;
+mod light_volumes;
+mod light_volumes_truth;
+mod memory;
+mod mesh_files;
+mod render_cli;
+mod scene_files;
+mod trace;
+mod trace_cli;
+mod wgsl;

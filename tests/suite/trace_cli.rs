@@ -1,0 +1,212 @@
+//! `nephroid trace` and `nephroid compare` as a user meets them: what they write and print, what bad input is told, and that an interrupted run
+//! goes on to the same bytes.
+
+use std::fs;
+use std::path::Path;
+
+use nephroid::image;
+
+use crate::support::program::{self, SMALL_SCENE, run, succeed};
+
+/// A folder with a small scene of few pixels in it: a batch has at least as many photons.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let scene = SMALL_SCENE.replacen("Scene(", "Scene(image: (width: 160, height: 90),", 1);
+    fs::write(folder.path().join("small.ron"), scene).expect("the folder is writable");
+    folder
+}
+
+/// Exit code, standard output and standard error.
+fn told(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = run(folder, arguments);
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("output is text");
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+fn refuse(arguments: &[&str]) -> String {
+    program::refuse(folder().path(), arguments)
+}
+
+#[test]
+fn a_trace_writes_means_and_errors() {
+    let folder = folder();
+    let text = succeed(folder.path(), &["trace", "small.ron", "--photons", "200k", "-o", "a.exr", "-o", "a.png"]);
+    for word in ["262144 photons", "noise", "landed", "emitted"] {
+        assert!(text.contains(word), "{text}");
+    }
+    let layers = image::read(&folder.path().join("a.exr")).expect("the file is readable");
+    for name in ["caustic_irradiance", "caustic_irradiance_error", "caustic_irradiance_valid", "position", "normal"] {
+        assert!(layers.get(name).is_some(), "{name} is missing");
+    }
+    assert!(image::read(&folder.path().join("a.png")).is_ok());
+    assert!(!folder.path().join("a.exr.state").exists(), "a finished run needs no state");
+}
+
+#[test]
+fn results_do_not_depend_on_threads_and_the_seed_counts() {
+    let folder = folder();
+    let run = |threads: &str, seed: &str, file: &str| {
+        succeed(folder.path(), &["trace", "small.ron", "--photons", "100k", "--threads", threads, "--seed", seed, "-o", file]);
+        fs::read(folder.path().join(file)).expect("the file is readable")
+    };
+    let expected = run("1", "3", "a.exr");
+    assert!(run("2", "3", "b.exr") == expected && run("7", "3", "c.exr") == expected, "threads change the result");
+    assert!(run("2", "4", "d.exr") != expected, "the seed does not");
+}
+
+#[test]
+fn volume_and_json_are_there_when_asked_for() {
+    let folder = folder();
+    let text = succeed(
+        folder.path(),
+        &["trace", "small.ron", "--photons", "1", "--volume", "--set", "medium.preset=Pool", "-o", "v.exr", "--json"],
+    );
+    let json: serde_json::Value = serde_json::from_str(&text).expect("the output is JSON");
+    assert_eq!(json["finished"], true);
+    assert!(json["imbalance"].as_f64().expect("a number").abs() < 1e-9);
+    assert!(json["energy_w"]["scattered"].as_f64().expect("a number") > 0.0);
+    let layers = image::read(&folder.path().join("v.exr")).expect("the file is readable");
+    let light: f32 = layers.get("godrays").expect("the layer was asked for").planes()[0].pixels().iter().sum();
+    assert!(light > 0.0 && light.is_finite());
+}
+
+#[test]
+fn bad_input_is_told_in_one_message() {
+    for (arguments, part) in [
+        (&["trace", "small.ron", "--photons", "0"][..], "whole number from 1"),
+        (&["trace", "small.ron", "--error", "2"], "above 0, at most 1"),
+        (&["trace", "small.ron", "--time-limit", "0"], "above 0"),
+        (&["trace", "absent.ron"], "absent.ron"),
+        (&["trace", "small.ron", "-o", "a.jpg"], ".png or .exr"),
+        (&["trace", "small.ron", "--resume", "-o", "a.exr"], "a.exr.state"),
+        (&["trace", "small.ron", "--set", "water.ior=0.1", "-o", "a.exr"], "expected"),
+        (&["trace", "small.ron", "--set", "medium.sigma_a=-1", "-o", "a.exr"], "sigma_a"),
+        (&["trace", "small.ron", "--set", "trace.max_events=0", "-o", "a.exr"], "max_events"),
+        (&["compare", "small.ron", "--techniques", "none"], "there is no technique `none`"),
+        (&["compare", "small.ron", "--photons", "0"], "whole number from 1"),
+        (&["compare", "absent.exr", "small.exr"], "absent.exr"),
+    ] {
+        let stderr = refuse(arguments);
+        assert!(stderr.contains(part), "{arguments:?}: {stderr}");
+    }
+}
+
+#[test]
+fn a_state_of_another_run_is_refused() {
+    let folder = folder();
+    fs::write(folder.path().join("a.exr.state"), b"not a state").expect("the folder is writable");
+    let (code, _, stderr) = told(folder.path(), &["trace", "small.ron", "--resume", "-o", "a.exr"]);
+    assert_eq!(code, Some(2));
+    assert!(stderr.contains("cannot go on from a.exr.state"), "{stderr}");
+    assert!(folder.path().join("a.exr.state").exists() && !folder.path().join("a.exr").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_trace_goes_on_to_the_same_bytes() {
+    use std::process::Command as Process;
+    use std::time::{Duration, Instant};
+
+    let folder = folder();
+    let start = |photons: &str, file: &str, more: &[&str]| {
+        Process::new(assert_cmd::cargo::cargo_bin!("nephroid"))
+            .current_dir(folder.path())
+            .args(["trace", "small.ron", "--photons", photons, "-o", file])
+            .args(more)
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .expect("the program runs")
+    };
+    // Long enough that it cannot have finished.
+    let mut child = start("100G", "a.exr", &[]);
+    std::thread::sleep(Duration::from_secs(2));
+    let killed = Process::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill exists");
+    assert!(killed.success());
+    let asked = Instant::now();
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    assert!(asked.elapsed() < Duration::from_secs(60), "it took {:?} to stop", asked.elapsed());
+    assert!(folder.path().join("a.exr").exists(), "what there was is not kept");
+    let kept = fs::read(folder.path().join("a.exr.state")).expect("the state is kept");
+    // The number of batches, after 16 bytes of name and 8 of digest.
+    let batches = u64::from_le_bytes(kept[24..32].try_into().expect("eight bytes"));
+    let photons = ((batches + 3) * (1 << 16)).to_string();
+    assert_eq!(start(&photons, "a.exr", &["--resume"]).wait().expect("it ends").code(), Some(0));
+    assert_eq!(start(&photons, "b.exr", &[]).wait().expect("it ends").code(), Some(0));
+    let read = |name: &str| fs::read(folder.path().join(name)).expect("the file is there");
+    assert!(read("a.exr") == read("b.exr"), "going on gives other bytes");
+    assert!(!folder.path().join("a.exr.state").exists());
+}
+
+#[test]
+fn two_pictures_are_compared_and_bounds_are_kept_or_told() {
+    let folder = folder();
+    for (seed, file) in [("1", "a.exr"), ("2", "b.exr")] {
+        succeed(folder.path(), &["trace", "small.ron", "--photons", "2M", "--seed", seed, "-o", file]);
+    }
+    let text =
+        succeed(folder.path(), &["compare", "a.exr", "b.exr", "-o", "ab.png", "--bound", "energy_ratio=0.01", "--bound", "bias=0.01"]);
+    for word in ["caustic_irradiance", "energy_ratio", "rel_mse_net", "flip", "ab.png"] {
+        assert!(text.contains(word), "{text}");
+    }
+    assert!(image::read(&folder.path().join("ab.png")).is_ok());
+    let (code, stdout, stderr) = told(folder.path(), &["compare", "a.exr", "b.exr", "--bound", "mae=0.0000001"]);
+    assert_eq!((code, stderr.as_str()), (Some(1), ""));
+    assert!(stdout.contains("exceeded: b.exr: mae is"), "{stdout}");
+    let same = succeed(folder.path(), &["compare", "a.exr", "a.exr", "--json", "--bound", "mse=0"]);
+    let json: serde_json::Value = serde_json::from_str(&same).expect("the output is JSON");
+    assert_eq!((&json["agrees"], &json["results"][0]["mse"]), (&true.into(), &0.0.into()));
+}
+
+#[test]
+fn pictures_that_do_not_match_are_refused() {
+    let folder = folder();
+    succeed(folder.path(), &["trace", "small.ron", "--photons", "1", "-o", "a.exr", "-o", "a.png"]);
+    succeed(folder.path(), &["trace", "small.ron", "--photons", "1", "--size", "8x8", "-o", "b.exr"]);
+    for (arguments, part) in [
+        (["compare", "a.exr", "b.exr", "--layer", "position"], "both must have the same size"),
+        (["compare", "a.exr", "a.png", "--layer", "color"], "a PNG holds display values"),
+        (["compare", "a.exr", "a.exr", "--layer", "shine"], "has no layer `shine`; it has: caustic_irradiance"),
+    ] {
+        let (code, _, stderr) = told(folder.path(), &arguments);
+        assert!(code == Some(2) && stderr.contains(part), "{arguments:?}: {stderr}");
+    }
+}
+
+#[test]
+fn techniques_are_compared_with_the_truth_of_a_scene() {
+    let folder = folder();
+    let text = succeed(
+        folder.path(),
+        &[
+            "compare",
+            "small.ron",
+            "--techniques",
+            "all",
+            "--photons",
+            "2M",
+            "--size",
+            "64x48",
+            "--bound",
+            "energy_ratio=0.2",
+            "-o",
+            "c.png",
+        ],
+    );
+    for word in ["ground truth of small.ron", "energy_ratio", "view_px", "c.caustic-volumes.png", "c.light-volumes.png"] {
+        assert!(text.contains(word), "{text}");
+    }
+    let paper = [
+        "compare",
+        "small.ron",
+        "--photons",
+        "1M",
+        "--set",
+        "caustic_volumes.radiometry=paper",
+        "--bound",
+        "energy_ratio=0.01",
+        "-o",
+        "p.png",
+    ];
+    let (code, stdout, _) = told(folder.path(), &paper);
+    assert_eq!(code, Some(1), "the paper's equation conserves energy: {stdout}");
+}

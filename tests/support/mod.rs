@@ -1,0 +1,47 @@
+//! What tests of several topics share: files of the project, sizes, repeatable numbers, hashes, the program itself.
+//!
+//! [`passes`] draws with the software GPU alone and is shared with that crate's own tests.
+
+#![allow(dead_code, unused_imports, reason = "no test binary uses all of it")]
+
+pub mod numbers;
+pub mod passes;
+pub mod program;
+pub mod traces;
+
+use std::path::{Path, PathBuf};
+
+use nephroid::scene::Scene;
+
+pub use numbers::{Rng, fnv1a, full, sized};
+
+/// A path of the project, given from its root.
+pub fn path(relative: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
+}
+
+/// A shipped scene, by its path below `scenes`.
+pub fn scene(name: &str) -> Scene {
+    nephroid::scene::load(&path("scenes").join(name)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A shipped scene with another size of its picture, in pixels.
+pub fn scene_of_size(name: &str, (width, height): (u32, u32)) -> Scene {
+    let mut scene = scene(name);
+    (scene.image.width, scene.image.height) = (width, height);
+    scene
+}
+
+/// All shipped scenes, by their paths below `scenes`, sorted.
+pub fn shipped_scenes() -> Vec<String> {
+    let root = path("scenes");
+    let mut names: Vec<String> = [root.clone(), root.join("analytic")]
+        .iter()
+        .flat_map(|folder| std::fs::read_dir(folder).expect("the folder is readable"))
+        .map(|entry| entry.expect("the entry is readable").path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "ron"))
+        .map(|path| path.strip_prefix(&root).expect("below the folder").to_str().expect("names are text").replace('\\', "/"))
+        .collect();
+    names.sort();
+    names
+}
