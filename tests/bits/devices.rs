@@ -4,20 +4,18 @@ use nephroid::math::level::wide_levels;
 use nephroid::pipeline::shader::ShaderWidth;
 use nephroid::pipeline::{Device, DeviceOptions};
 
-/// One thread at the best level with ample bins: what the others are held to.
-pub fn reference() -> Device {
-    open(DeviceOptions { threads: Some(1), ..DeviceOptions::default() })
-}
-
-/// Every level with code of its own, on threads that differ, with ample bins and with bins that force a wave after every look at them.
+/// Every level with code of its own, the best one first, on threads that differ, with bins that force a wave after every look at them and with
+/// ample ones.
 pub fn others() -> Vec<(String, Device)> {
-    let mut devices = Vec::new();
-    for (rank, (name, level)) in wide_levels().into_iter().rev().enumerate() {
-        let (threads, bin_budget_bytes) = [(2, 1), (7, 256 << 20), (7, 1)][rank % 3];
-        let options = DeviceOptions { threads: Some(threads), level: Some(level), bin_budget_bytes, ..DeviceOptions::default() };
-        devices.push((format!("{name}, {threads} threads, {bin_budget_bytes} bytes of bins"), open(options)));
-    }
-    devices
+    let levels = wide_levels().into_iter().rev();
+    let work = [(1, 1), (7, 256 << 20), (2, 1)].into_iter().cycle();
+    levels
+        .zip(work)
+        .map(|((name, level), (threads, bin_budget_bytes))| {
+            let options = DeviceOptions { threads: Some(threads), level: Some(level), bin_budget_bytes, ..DeviceOptions::default() };
+            (format!("{name}, {threads} threads, {bin_budget_bytes} bytes of bins"), open(options))
+        })
+        .collect()
 }
 
 /// Scalar shaders on the best level's tiles.

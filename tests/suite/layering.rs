@@ -115,7 +115,8 @@ fn check(relative: &Path, source: &str) -> Vec<String> {
         match (used.root, used.segments.first().map(String::as_str)) {
             (Root::Crate, first) => {
                 // The command line is a module of the crate whose root re-exports all others.
-                let target = if crate_name == OUTERMOST { room } else { room_of(&format!("{crate_name}/{}", first.unwrap_or(""))).unwrap_or(room) };
+                let target =
+                    if crate_name == OUTERMOST { room } else { room_of(&format!("{crate_name}/{}", first.unwrap_or(""))).unwrap_or(room) };
                 if target.folder != room.folder && target.level >= room.level {
                     breach(used.line, format!("`{}` must not use `{}`, which is not below it", room.folder, target.folder));
                 }
@@ -416,7 +417,10 @@ fn downward_uses_are_allowed() {
         ("scene/load.rs", "use crate::geom::Mesh; use std::fs::File; use std::collections::BTreeMap; use std::io::Read;"),
         ("caustics/a.rs", "use crate::passes::light;"),
         ("cli/render.rs", "use crate::caustics::TECHNIQUES; use std::time::Instant; fn f() { println!(\"a\") }"),
-        ("scene/geom/a.rs", "// use crate::Scene;\n/* crate::Scene /* crate::Scene */ */ /// crate::Scene\nconst A: &str = \"crate::S \\\" crate::S\";"),
+        (
+            "scene/geom/a.rs",
+            "// use crate::Scene;\n/* crate::Scene /* crate::Scene */ */ /// crate::Scene\nconst A: &str = \"crate::S \\\" crate::S\";",
+        ),
         (
             "scene/geom/a.rs",
             "const A: &str = r#\"crate::S \" crate::S\"#; const B: &[u8] = b\"crate::S\"; fn f<'a>(x: &'a str, c: char) -> bool { c == '\\'' }",
@@ -447,5 +451,8 @@ fn the_outside_world_is_for_the_command_line() {
 #[test]
 fn breaches_are_told_with_their_line() {
     let source = "//! Doc.\n\nuse crate::state::Color;\nconst A: &str = \"two\nlines\";\nuse crate::frame::Frame;\n";
-    assert_eq!(check(Path::new("pipeline/a.rs"), source), ["pipeline/a.rs:6: `pipeline` must not use `pipeline/frame`, which is not below it"]);
+    assert_eq!(
+        check(Path::new("pipeline/a.rs"), source),
+        ["pipeline/a.rs:6: `pipeline` must not use `pipeline/frame`, which is not below it"]
+    );
 }

@@ -19,7 +19,7 @@ use nephroid::scene::{Aim, BeamCulling, BeamShadows, EnergyAt, Gather, Light, Li
 
 use crate::analytic::truths::optics;
 use crate::analytic::truths::water::Crossed;
-use crate::support::{scene, sized};
+use crate::support::{scene, scene_of_size, sized, with_coarse_parts};
 
 const ANGLES_DEG: [f32; 5] = [0.0, 30.0, 45.0, 60.0, 75.0];
 
@@ -119,14 +119,7 @@ fn crossed_waves_conserve_energy() {
 
 /// Small pictures of scenes with walls, steps and columns, from above and from under water.
 fn views() -> Vec<(&'static str, Scene)> {
-    ["pool.ron", "columns.ron", "pots.ron"]
-        .into_iter()
-        .map(|name| {
-            let mut scene = scene(name);
-            (scene.image.width, scene.image.height) = (160, 96);
-            (name, scene)
-        })
-        .collect()
+    ["pool.ron", "columns.ron", "pots.ron"].into_iter().map(|name| (name, with_coarse_parts(scene_of_size(name, (160, 96))))).collect()
 }
 
 #[test]

@@ -8,7 +8,7 @@ use nephroid::scene::{BeamShadows, Material, Scene, Shape};
 use nephroid::trace::{Points, TraceOptions, Tracer};
 
 use crate::analytic::truths;
-use crate::support::scene_of_size as scene;
+use crate::support::{scene_of_size as scene, sized, with_coarse_parts};
 
 /// What a picture shows where: red caustic irradiance, and the points.
 fn render(scene: &Scene) -> (Vec<f64>, Points) {
@@ -99,7 +99,7 @@ fn glass_gathers_the_light_that_photons_gather() {
     scene.techniques.light_volumes.samples = 8;
     scene.techniques.light_volumes.shadow_map_size = 512;
     let (drawn, points) = render(&scene);
-    let truth = traced(&scene, points, 4_000_000);
+    let truth = traced(&scene, points, sized(4_000_000, 2_000_000));
     let (ratio, off) = (energy_ratio(pairs(&drawn, &truth)), error(pairs(&drawn, &truth)));
     // Of other glass, light gathers elsewhere.
     scene.objects[1].material = Material::Dielectric { ior: 1.6, abbe: None, absorption: Vec3::ZERO };
@@ -157,22 +157,22 @@ fn relative_error(drawn: &[f64], traced: &[Option<f64>]) -> f64 {
 
 #[test]
 fn errors_fall_with_the_mesh_on_every_scene_with_water() {
-    const SIZE: (u32, u32) = (128, 96);
+    let size = (128, 96);
     for name in ["pool.ron", "columns.ron", "pots.ron", "bath.ron", "jetty.ron", "courtyard.ron", "lido.ron"] {
-        let mut scene = scene(name, SIZE);
+        let mut scene = with_coarse_parts(scene(name, size));
         scene.techniques.light_volumes.samples = 4;
         let mut errors = Vec::new();
         let mut truth = None;
         for mesh in [33, 65, 129] {
             scene.techniques.light_volumes.grid = Some((mesh, mesh));
             let (drawn, points) = render(&scene);
-            let truth = truth.get_or_insert_with(|| traced(&scene, points, 4_000_000));
-            let (drawn, truth) = blocks(&drawn, truth, SIZE);
+            let truth = truth.get_or_insert_with(|| traced(&scene, points, sized(4_000_000, 2_000_000)));
+            let (drawn, truth) = blocks(&drawn, truth, size);
             errors.push(relative_error(&drawn, &truth));
         }
         // The waves of another moment are no better for a fine mesh.
         scene.time_s += 0.7;
-        let (later, truth) = blocks(&render(&scene).0, truth.as_deref().unwrap_or_default(), SIZE);
+        let (later, truth) = blocks(&render(&scene).0, truth.as_deref().unwrap_or_default(), size);
         let other = relative_error(&later, &truth);
         println!("{name}: relMSE {errors:?}, of another moment {other}");
         assert!(errors.windows(2).all(|pair| pair[1] < pair[0]) && other > 4.0 * errors[2], "{name}: {errors:?}, {other}");

@@ -1,6 +1,4 @@
-//! What the paper's frame takes of the machine's memory: one test in a process of its own, so that nothing else counts.
-
-use std::path::Path;
+//! What the paper's frame takes of the machine's memory. The test runs itself again in a process of its own, so that nothing else counts.
 
 use nephroid::caustics::{RenderOptions, Renderer};
 use nephroid::scene::CausticVolumes;
@@ -18,9 +16,16 @@ fn peak_resident() -> u64 {
 #[cfg(target_os = "linux")]
 #[test]
 fn paper_frame_stays_below_256_mib_resident() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pots.ron");
-    let mut scene = nephroid::scene::load(&path).expect("a shipped scene");
-    (scene.image.width, scene.image.height) = (512, 512);
+    const ALONE: &str = "NEPHROID_TEST_ALONE";
+    if std::env::var_os(ALONE).is_none() {
+        let program = std::env::current_exe().expect("the test knows its file");
+        let this = "memory::paper_frame_stays_below_256_mib_resident";
+        let run = std::process::Command::new(program).args(["--exact", this, "--nocapture"]).env(ALONE, "1").output().expect("it runs");
+        let text = String::from_utf8_lossy(&run.stdout);
+        assert!(run.status.success() && text.contains("peak resident"), "{text}{}", String::from_utf8_lossy(&run.stderr));
+        return;
+    }
+    let mut scene = crate::support::scene_of_size("pots.ron", (512, 512));
     scene.techniques.caustic_volumes = CausticVolumes { grid: Some((65, 65)), ..CausticVolumes::PAPER };
     let mut renderer = Renderer::new(&scene, &RenderOptions { memory_limit_bytes: 256 << 20, ..RenderOptions::default() }).expect("device");
     let textures = renderer.build(&scene).expect("a frame").frame.memory().resources();

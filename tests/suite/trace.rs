@@ -8,8 +8,8 @@ use nephroid::trace::{Points, TraceError, TraceOptions, Tracer};
 
 use glam::Vec3;
 
-use crate::support::scene as load;
 use crate::support::traces::{everything, options, run_on};
+use crate::support::{scene as load, with_coarse_parts};
 
 fn small(name: &str, width: u32, height: u32) -> Scene {
     crate::support::scene_of_size(name, (width, height))
@@ -17,7 +17,7 @@ fn small(name: &str, width: u32, height: u32) -> Scene {
 
 #[test]
 fn a_run_goes_on_to_the_same_bits() {
-    let scene = small("pool.ron", 40, 24);
+    let scene = everything();
     let whole = run_on(2, &scene, &options(true, false), 3);
     let part = run_on(2, &scene, &options(true, false), 1);
     let mut tracer = Tracer::new(&scene, &options(true, false)).expect("the scene can be traced");
@@ -28,7 +28,7 @@ fn a_run_goes_on_to_the_same_bits() {
 
 #[test]
 fn states_of_other_runs_and_damaged_ones_are_refused() {
-    let scene = small("pool.ron", 16, 9);
+    let scene = everything();
     let state = run_on(2, &scene, &options(true, false), 1);
     let refusal = |scene: &Scene, options: &TraceOptions, state: &[u8]| {
         let mut tracer = Tracer::new(scene, options).expect("the scene can be traced");
@@ -55,7 +55,7 @@ fn states_of_other_runs_and_damaged_ones_are_refused() {
 
 #[test]
 fn every_watt_has_one_end() {
-    for scene in [everything(), small("pool.ron", 16, 9), small("glass.ron", 16, 9)] {
+    for scene in [everything(), with_coarse_parts(small("pool.ron", 16, 9)), small("glass.ron", 16, 9)] {
         let mut tracer = Tracer::new(&scene, &options(false, false)).expect("the scene can be traced");
         tracer.run(200_000);
         let audit = tracer.audit();

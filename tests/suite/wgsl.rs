@@ -16,6 +16,8 @@ use nephroid::pipeline::BindingKind;
 use nephroid::pipeline::shader::Program;
 use nephroid::scene::{LightVolumes, PatternUniform, Radiometry};
 
+use crate::support::{scene_of_size, with_coarse_parts};
+
 /// Name, size, and each field's name and offset.
 type Layout = (&'static str, usize, Vec<(&'static str, usize)>);
 
@@ -47,7 +49,7 @@ fn layouts() -> Vec<Layout> {
 fn programs() -> Vec<Arc<Program>> {
     let mut programs: Vec<Arc<Program>> = Vec::new();
     for scene in ["pool.ron", "pots.ron", "columns.ron", "analytic/flat_water.ron", "analytic/sine_water.ron"] {
-        let mut scene = crate::support::scene_of_size(scene, (16, 16));
+        let mut scene = with_coarse_parts(scene_of_size(scene, (16, 16)));
         scene.time_s = 0.0;
         scene.techniques.caustic_volumes.grid = Some((9, 9));
         scene.techniques.light_volumes.grid = Some((9, 9));

@@ -11,7 +11,8 @@ pub mod traces;
 
 use std::path::{Path, PathBuf};
 
-use nephroid::scene::Scene;
+use nephroid::scene::water::{Water, WaterModel};
+use nephroid::scene::{Scene, Shape};
 
 pub use numbers::{Rng, fnv1a, full, sized};
 
@@ -29,6 +30,19 @@ pub fn scene(name: &str) -> Scene {
 pub fn scene_of_size(name: &str, (width, height): (u32, u32)) -> Scene {
     let mut scene = scene(name);
     (scene.image.width, scene.image.height) = (width, height);
+    scene
+}
+
+/// A scene with coarser sculptures and coarser simulated water: making them whole takes longer than drawing them small.
+pub fn with_coarse_parts(mut scene: Scene) -> Scene {
+    for object in &mut scene.objects {
+        if let Shape::Figure(figure) = &mut object.shape {
+            figure.resolution = 32;
+        }
+    }
+    if let Some(Water { model: WaterModel::PipeFluid(fluid), .. }) = &mut scene.water {
+        fluid.cells = Some((48, 48));
+    }
     scene
 }
 

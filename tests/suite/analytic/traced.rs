@@ -9,13 +9,14 @@ use crate::support::{self, sized};
 
 /// Largest relative standard error at a place that is compared with a truth.
 pub fn noise() -> f64 {
-    sized(0.005, 0.02)
+    sized(FINE, 0.01)
 }
 
+/// What [`noise`] is at full size, and where one per cent would hide a wrong truth.
+pub const FINE: f64 = 0.005;
+
 /// Batches that are made at least; how well the error itself is known from so few is part of the bound.
-fn least_batches() -> u64 {
-    sized(16, 8)
-}
+const LEAST_BATCHES: u64 = 16;
 
 /// Photons after which a test fails that is still too noisy.
 const MOST_PHOTONS: u64 = 1 << 26;
@@ -116,7 +117,7 @@ pub fn measure_to(noise: f64, scene: &Scene, sensor: Sensor, probes: &[Probe]) -
     assert!(!probes.is_empty() && probes.iter().all(|p| p.truth.iter().all(|&t| t > 0.0)), "nothing to measure");
     let options = TraceOptions { seed: 1, camera: sensor == Sensor::Pixels, volume: sensor == Sensor::Volume, ..TraceOptions::default() };
     let mut tracer = Tracer::new(scene, &options).unwrap_or_else(|error| panic!("{error}"));
-    let mut more = least_batches() * tracer.batch_photons();
+    let mut more = LEAST_BATCHES * tracer.batch_photons();
     loop {
         tracer.run(more);
         more = tracer.photons();
