@@ -99,7 +99,7 @@ fn glass_gathers_the_light_that_photons_gather() {
     scene.techniques.light_volumes.samples = 8;
     scene.techniques.light_volumes.shadow_map_size = 512;
     let (drawn, points) = render(&scene);
-    let truth = traced(&scene, points, sized(4_000_000, 2_000_000));
+    let truth = traced(&scene, points, 4_000_000);
     let (ratio, off) = (energy_ratio(pairs(&drawn, &truth)), error(pairs(&drawn, &truth)));
     // Of other glass, light gathers elsewhere.
     scene.objects[1].material = Material::Dielectric { ior: 1.6, abbe: None, absorption: Vec3::ZERO };
