@@ -7,11 +7,12 @@
 //! - texture coordinates are metres along the surface, as nearly as the shape lets them be, and never mirrored;
 //! - the same fields give the same bits on every machine.
 //!
-//! `lathe`, `sweep`, `extrude` and `isosurface` are the four ways in which solids are made; the other files hold the shapes.
+//! `lathe`, `sweep`, `extrude` and `isosurface` (of a `field`) are the four ways in which solids are made; the other files hold the shapes.
 
 mod boulder;
 mod column;
 mod extrude;
+mod field;
 mod figure;
 mod isosurface;
 mod lathe;

@@ -3,6 +3,7 @@
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -139,28 +140,33 @@ fn quartered(mesh: &Mesh) -> Mesh {
 /// corners.
 pub(super) fn wrap_uvs(mesh: &mut Mesh, radius_m: f32, v: impl Fn(Vec3) -> f32) {
     let on_axis = |p: Vec3| p.x.abs().max(p.z.abs()) <= radius_m * 1e-6;
-    // In turns, 0..1, growing to the right seen from outside.
-    let turn = |p: Vec3| {
+    // In turns, 0..1, growing to the right seen from outside; on the axis there is none.
+    let turn = |p: &Vec3| {
         let turn = libm::atan2f(-p.z, p.x) / TAU;
-        if turn < 0.0 { turn + 1.0 } else { turn }
+        (!on_axis(*p)).then_some(if turn < 0.0 { turn + 1.0 } else { turn })
     };
-    let mut corners: Vec<(u32, u32, u32)> = Vec::with_capacity(mesh.indices.len());
-    for (triangle, t) in mesh.indices.chunks_exact(3).enumerate() {
-        let p = [t[0], t[1], t[2]].map(|i| mesh.positions[i as usize]);
-        let reference = p.into_iter().find(|&p| !on_axis(p)).map_or(0.0, turn);
+    let turns: Vec<Option<f32>> = mesh.positions.par_iter().with_min_len(1024).map(turn).collect();
+    let triangle_corners = |(triangle, t): (usize, &[u32])| {
+        let turns = [t[0], t[1], t[2]].map(|i| turns[i as usize]);
+        let reference = turns.into_iter().flatten().next().unwrap_or(0.0);
         // Bring each corner to within half a turn of the first.
-        let near = |u: f32| u - (u - reference).round();
-        let off_axis: Vec<f32> = p.into_iter().filter(|&p| !on_axis(p)).map(|p| near(turn(p))).collect();
-        let middle = off_axis.iter().sum::<f32>() / off_axis.len().max(1) as f32;
-        let low = off_axis.iter().fold(f32::INFINITY, |a, &b| a.min(b));
+        let turns = turns.map(|turn| turn.map(|u| u - (u - reference).round()));
+        let off_axis = || turns.into_iter().flatten();
+        let middle = off_axis().sum::<f32>() / off_axis().count().max(1) as f32;
+        let low = off_axis().fold(f32::INFINITY, f32::min);
         // Whole turns are taken off per triangle, so a corner has one of few values and vertices are shared where they can be.
         let shift = if low.is_finite() { low.floor() } else { 0.0 };
-        for k in 0..3 {
-            let u = if on_axis(p[k]) { middle } else { near(turn(p[k])) } - shift;
-            corners.push((t[k], (u + 0.0).to_bits(), (triangle * 3 + k) as u32));
-        }
-    }
-    corners.sort_unstable();
+        let corner = |k: usize| {
+            let u = turns[k].unwrap_or(middle) - shift;
+            (t[k], (u + 0.0).to_bits(), (triangle * 3 + k) as u32)
+        };
+        [corner(0), corner(1), corner(2)]
+    };
+    let corners: Vec<[(u32, u32, u32); 3]> =
+        mesh.indices.par_chunks_exact(3).enumerate().with_min_len(1024).map(triangle_corners).collect();
+    let mut corners = corners.into_flattened();
+    // No two are equal, so there is one order.
+    corners.par_sort_unstable();
     let mut wrapped = Mesh { indices: vec![0; mesh.indices.len()], ..Mesh::default() };
     for run in corners.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         let old = run[0].0 as usize;
