@@ -1,6 +1,7 @@
 //! The state of the fluid and its time step.
 
 use glam::DVec2;
+use rayon::prelude::*;
 
 use super::super::{GRAVITY_M_PER_S2, Water};
 use super::forces::{ActiveDrop, MovingObject, Rain};
@@ -13,6 +14,8 @@ const MAX_TIME_S: f64 = 3600.0;
 const MAX_STEP_S: f64 = 1.0 / 120.0;
 /// Most steps any fluid is simulated for.
 const MAX_STEPS: f64 = 4e6;
+/// Cells that one task works on, about: some ten microseconds, and more than a small fluid has.
+const CELLS_PER_TASK: usize = 4096;
 
 /// A pipe-model fluid in motion.
 ///
@@ -38,8 +41,10 @@ pub struct PipeFluid {
     volumes: Vec<f64>,
     /// The same one step earlier.
     previous: Vec<f64>,
+    /// Room for the volumes of the next step.
+    next: Vec<f64>,
     flows: Flows,
-    /// Head of every column, in metres.
+    /// Head of every column, in metres; between steps that of its volume alone.
     heads: Vec<f64>,
     /// What of a column's outflow it can afford, `0..=1`.
     shares: Vec<f64>,
@@ -101,6 +106,21 @@ impl Grid {
         self.stride() * (self.rows + 2)
     }
 
+    /// Places in memory that one task works on: whole rows.
+    fn task_len(&self) -> usize {
+        (CELLS_PER_TASK / self.stride()).max(1) * self.stride()
+    }
+
+    /// The rows among `len` places from a task's first one: for each its number and the place of its first cell, counted from there.
+    fn task_rows(self, task: usize, len: usize) -> impl Iterator<Item = (usize, usize)> {
+        let first = task * self.task_len() / self.stride();
+        // The rim is a row at either end.
+        (0..len / self.stride())
+            .map(move |k| (first + k, k))
+            .filter(move |&(line, _)| (1..=self.rows).contains(&line))
+            .map(move |(line, k)| (line - 1, k * self.stride() + 1))
+    }
+
     pub fn cell_area_m2(&self) -> f64 {
         self.cell_m.x * self.cell_m.y
     }
@@ -147,6 +167,11 @@ impl Grid {
     }
 }
 
+/// A flow if it leaves by this end, else zero.
+fn out(flow: f64) -> f64 {
+    if flow > 0.0 { flow } else { 0.0 }
+}
+
 /// Weight of a soft round spot at distance `d` from its middle: `(1 − d²/R²)²`.
 fn bump(d: f64, radius_m: f64) -> f64 {
     let x = 1.0 - (d / radius_m) * (d / radius_m);
@@ -176,6 +201,7 @@ impl PipeFluid {
             step_count: 0,
             volumes: zeros(),
             previous: zeros(),
+            next: zeros(),
             flows: Flows::none(&grid),
             heads: zeros(),
             shares: zeros(),
@@ -212,6 +238,7 @@ impl PipeFluid {
             }
         }
         self.previous.copy_from_slice(&self.volumes);
+        self.take_heads();
         self.initial_volume_m3 = self.columns_volume_m3();
     }
 
@@ -244,6 +271,9 @@ impl PipeFluid {
             self.restart();
         }
         while self.step_count < target {
+            if self.step_count + 1 == target {
+                self.previous.copy_from_slice(&self.volumes);
+            }
             self.step();
         }
         self.time_s = time_s;
@@ -317,21 +347,27 @@ impl PipeFluid {
     fn step(&mut self) {
         let start_s = self.step_count as f64 * self.step_s;
         let end_s = (self.step_count + 1) as f64 * self.step_s;
-        self.previous.copy_from_slice(&self.volumes);
+        self.press_objects(end_s);
+        self.take_drops(start_s, end_s);
+        self.accelerate();
+        if self.move_volumes() {
+            self.limit_outflows();
+            self.move_volumes();
+        }
+        std::mem::swap(&mut self.volumes, &mut self.next);
+        if let Some(spray) = &mut self.spray {
+            spray.step(&self.grid, self.step_s, self.depth_m, &self.inflows, &mut self.volumes);
+            self.take_heads();
+        }
+        self.step_count += 1;
+    }
 
+    /// Sets the heads to those of the volumes.
+    fn take_heads(&mut self) {
         let scale = 1.0 / self.grid.cell_area_m2();
         for (head, volume) in self.heads.iter_mut().zip(&self.volumes) {
             *head = volume * scale;
         }
-        self.press_objects(end_s);
-        self.take_drops(start_s, end_s);
-        self.accelerate();
-        self.limit_outflows();
-        self.move_volumes();
-        if let Some(spray) = &mut self.spray {
-            spray.step(&self.grid, self.step_s, self.depth_m, &self.inflows, &mut self.volumes);
-        }
-        self.step_count += 1;
     }
 
     /// Raises the heads below bodies.
@@ -382,43 +418,46 @@ impl PipeFluid {
 
     /// `Q ← damping · Q + Δt · g · (c/l) · (H_i − H_n)` for every pipe.
     fn accelerate(&mut self) {
-        let Grid { columns, rows, .. } = self.grid;
-        let stride = self.grid.stride();
-        let (w_x, w_z, w_diagonal) = self.grid.laplacian();
-        let scale = GRAVITY_M_PER_S2 * self.depth_m * self.grid.cell_area_m2() * self.step_s;
+        let grid = self.grid;
+        let (columns, rows, stride) = (grid.columns, grid.rows, grid.stride());
+        let (w_x, w_z, w_diagonal) = grid.laplacian();
+        let scale = GRAVITY_M_PER_S2 * self.depth_m * grid.cell_area_m2() * self.step_s;
         let damping = self.damping;
         let heads = &self.heads;
-        // Flows of `count` pipes whose first ends start at the cell `from`, stored at the cell `own`, and whose other ends start at `to`.
-        let update = |flows: &mut [f64], own: usize, from: usize, to: usize, count: usize, gain: f64| {
-            let ends = heads[from..][..count].iter().zip(&heads[to..][..count]);
-            for (flow, (head, other)) in flows[own..][..count].iter_mut().zip(ends) {
+        // Flows of pipes whose first ends start at the cell `from`, and whose other ends start at `to`.
+        let update = |flows: &mut [f64], from: usize, to: usize, gain: f64| {
+            let ends = heads[from..][..flows.len()].iter().zip(&heads[to..][..flows.len()]);
+            for (flow, (head, other)) in flows.iter_mut().zip(ends) {
                 *flow = damping * *flow + gain * (head - other);
             }
         };
-        let Flows { east, south, south_east, south_west } = &mut self.flows;
         // A wall mirrors the water: a diagonal pipe into the mirror image is one more along the wall.
         let (gain_x, gain_z, gain_diagonal) = (scale * w_x, scale * w_z, scale * w_diagonal);
-        for row in 0..rows {
-            let i = self.grid.index(0, row);
-            let below = i + stride;
-            let walls = usize::from(row == 0) + usize::from(row + 1 == rows);
-            update(east, i, i, i + 1, columns - 1, gain_x + gain_diagonal * walls as f64);
-            if row + 1 < rows {
-                update(south, i, i, below, 1, gain_z + gain_diagonal);
-                update(south, i + 1, i + 1, below + 1, columns - 2, gain_z);
-                update(south, i + columns - 1, i + columns - 1, below + columns - 1, 1, gain_z + gain_diagonal);
-                update(south_east, i, i, below + 1, columns - 1, gain_diagonal);
-                update(south_west, i, i + 1, below, columns - 1, gain_diagonal);
+        let len = grid.task_len();
+        let Flows { east, south, south_east, south_west } = &mut self.flows;
+        let tasks = (east.par_chunks_mut(len), south.par_chunks_mut(len), south_east.par_chunks_mut(len), south_west.par_chunks_mut(len));
+        tasks.into_par_iter().enumerate().for_each(|(task, (east, south, south_east, south_west))| {
+            for (row, own) in grid.task_rows(task, east.len()) {
+                let i = grid.index(0, row);
+                let below = i + stride;
+                let walls = usize::from(row == 0) + usize::from(row + 1 == rows);
+                update(&mut east[own..][..columns - 1], i, i + 1, gain_x + gain_diagonal * walls as f64);
+                if row + 1 < rows {
+                    let south = &mut south[own..][..columns];
+                    update(&mut south[..1], i, below, gain_z + gain_diagonal);
+                    update(&mut south[1..columns - 1], i + 1, below + 1, gain_z);
+                    update(&mut south[columns - 1..], i + columns - 1, below + columns - 1, gain_z + gain_diagonal);
+                    update(&mut south_east[own..][..columns - 1], i, below + 1, gain_diagonal);
+                    update(&mut south_west[own..][..columns - 1], i + 1, below, gain_diagonal);
+                }
             }
-        }
+        });
     }
 
     /// Scales what leaves a column that does not hold enough for the whole step, as O'Brien & Hodgins do.
     fn limit_outflows(&mut self) {
         let stride = self.grid.stride();
         let Flows { east, south, south_east, south_west } = &self.flows;
-        let out = |flow: f64| if flow > 0.0 { flow } else { 0.0 };
-        let mut dry = false;
         for row in 0..self.grid.rows {
             let start = self.grid.index(0, row);
             for i in start..start + self.grid.columns {
@@ -430,12 +469,8 @@ impl PipeFluid {
                     + (out(south_west[i - 1]) + out(-south_west[i - stride]));
                 let wanted = total * self.step_s;
                 let share = if wanted > self.volumes[i] { (self.volumes[i] / wanted).max(0.0) } else { 1.0 };
-                dry |= share < 1.0;
                 self.shares[i] = share;
             }
-        }
-        if !dry {
-            return;
         }
         let shares = &self.shares;
         let Flows { east, south, south_east, south_west } = &mut self.flows;
@@ -451,25 +486,43 @@ impl PipeFluid {
         }
     }
 
-    /// `V ← V + Δt · (sum of flows in)`.
-    fn move_volumes(&mut self) {
-        let stride = self.grid.stride();
-        let columns = self.grid.columns;
+    /// `V ← V + Δt · (sum of flows in)`, to [`Self::next`], and the heads of the new volumes; whether any column does not hold what leaves it.
+    fn move_volumes(&mut self) -> bool {
+        let grid = self.grid;
+        let (stride, columns, step_s) = (grid.stride(), grid.columns, self.step_s);
+        let scale = 1.0 / grid.cell_area_m2();
         let Flows { east, south, south_east, south_west } = &self.flows;
-        for row in 0..self.grid.rows {
-            let i = self.grid.index(0, row);
+        let volumes = &self.volumes;
+        let len = grid.task_len();
+        let tasks = (self.next.par_chunks_mut(len), self.inflows.par_chunks_mut(len), self.heads.par_chunks_mut(len));
+        let move_row = |row: usize, next: &mut [f64], inflows: &mut [f64], heads: &mut [f64]| {
+            let i = grid.index(0, row);
             // Slices of one length each, so that the loop needs no bounds checks.
             let (e_out, e_in) = (&east[i..][..columns], &east[i - 1..][..columns]);
             let (s_out, s_in) = (&south[i..][..columns], &south[i - stride..][..columns]);
             let (d_out, d_in) = (&south_east[i..][..columns], &south_east[i - stride - 1..][..columns]);
             let (a_out, a_in) = (&south_west[i - 1..][..columns], &south_west[i - stride..][..columns]);
-            let inflows = &mut self.inflows[i..i + columns];
-            let volumes = &mut self.volumes[i..i + columns];
+            let volumes = &volumes[i..][..columns];
+            let (next, inflows, heads) = (&mut next[..columns], &mut inflows[..columns], &mut heads[..columns]);
+            let mut dry = false;
             for c in 0..columns {
+                let axes = out(e_out[c]) + out(-e_in[c]) + out(s_out[c]) + out(-s_in[c]);
+                let total = axes + (out(d_out[c]) + out(-d_in[c])) + (out(a_out[c]) + out(-a_in[c]));
+                dry |= total * step_s > volumes[c];
                 let net = ((e_in[c] - e_out[c]) + (s_in[c] - s_out[c])) + ((d_in[c] - d_out[c]) + (a_in[c] - a_out[c]));
                 inflows[c] = net;
-                volumes[c] += self.step_s * net;
+                next[c] = volumes[c] + step_s * net;
+                heads[c] = next[c] * scale;
             }
-        }
+            dry
+        };
+        let dry = tasks.into_par_iter().enumerate().map(|(task, (next, inflows, heads))| {
+            let mut dry = false;
+            for (row, own) in grid.task_rows(task, next.len()) {
+                dry |= move_row(row, &mut next[own..], &mut inflows[own..], &mut heads[own..]);
+            }
+            dry
+        });
+        dry.reduce(|| false, |a, b| a || b)
     }
 }

@@ -371,6 +371,24 @@ fn time_alone_decides_the_state() {
 }
 
 #[test]
+fn state_does_not_depend_on_the_number_of_threads() {
+    // Large enough for several tasks, the last of them smaller.
+    let WaterModel::PipeFluid(settings) = storm().model else { unreachable!("the storm is a fluid") };
+    let water = basin(Vec2::new(3.0, 2.0), (151, 103), settings);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut fluid = fluid(&water);
+            fluid.advance_to(0.7);
+            (fluid.cell_heights_m(), fluid.spray().to_vec())
+        })
+    };
+    let expected = on(1);
+    assert!(!expected.1.is_empty());
+    assert_eq!(on(3), expected);
+}
+
+#[test]
 fn times_outside_the_range_are_brought_into_it() {
     let water = basin(Vec2::splat(1e5), (4, 4), FluidSettings::default());
     let mut fluid = fluid(&water);
