@@ -1,14 +1,17 @@
 //! 8-bit sRGB PNG: the file to look at.
 //!
-//! In: one float layer, linear. Out: the bytes of a PNG with an `sRGB` chunk and no other metadata, so equal layers give equal bytes.
+//! In: one float layer, linear. Out: the bytes of a PNG with an `sRGB` chunk and no other metadata, so equal layers give equal bytes, on any
+//! number of threads (`stream` says how they share the compression).
 //! The colours go through [`ToneMap`], the sRGB curve and 8-bit rounding, all defined in [`crate::tone`].
 //! Decoding takes any PNG (palette, 1 to 16 bits, interlaced) and gives display-referred linear light in `0..=1`; the tone map is not undone.
+
+mod stream;
 
 use std::io::Cursor;
 
 use rayon::prelude::*;
 
-use crate::tone::{ToneMap, quantize_8bit, srgb_decode, srgb_encode};
+use crate::tone::{ToneMap, quantize_8bit, srgb_code, srgb_decode};
 use crate::{Image, Layer, LayerError, SizeError};
 
 /// Name of the layer that [`decode`] gives.
@@ -19,6 +22,9 @@ pub const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// Most bytes that one byte of a deflate stream can become (258 bytes from two bits), rounded up.
 const MAX_EXPANSION: u64 = 1040;
+
+/// Most bytes of the stream in one chunk of a file; the format allows twice as many.
+const MAX_CHUNK_BYTES: usize = 1 << 30;
 
 /// Why a PNG cannot be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -67,9 +73,10 @@ pub fn encode(layer: &Layer, tone: &ToneMap) -> Result<Vec<u8>, PngError> {
     encoder.set_color(color);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
-    encoder.set_compression(png::Compression::Balanced);
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(codes.pixels())?;
+    for part in stream::compress(&codes, layer.channel_count()).chunks(MAX_CHUNK_BYTES) {
+        writer.write_chunk(png::chunk::IDAT, part)?;
+    }
     writer.finish()?;
     Ok(bytes)
 }
@@ -81,7 +88,7 @@ fn codes(layer: &Layer, tone: &ToneMap) -> Result<Image<u8>, PngError> {
     let row_bytes = u32::try_from(width * channels).map_err(|_| too_wide)?;
     let mut codes = Image::filled(row_bytes, layer.height(), 0_u8)?;
     let planes: Vec<&[f32]> = layer.planes().iter().map(Image::pixels).collect();
-    let shown = |rgb: [f32; 3]| tone.apply(rgb).map(|channel| quantize_8bit(srgb_encode(channel)));
+    let shown = |rgb: [f32; 3]| tone.apply(rgb).map(srgb_code);
     codes.pixels_mut().par_chunks_exact_mut(row_bytes as usize).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.chunks_exact_mut(channels).enumerate() {
             let at = y * width + x;
@@ -142,6 +149,7 @@ pub fn decode(bytes: &[u8]) -> Result<Layer, PngError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tone::srgb_encode;
 
     /// A tone map that changes nothing in `0..=1`: with `white` at 1 the shoulder is a straight line to 1 as well.
     const IDENTITY: ToneMap = ToneMap { exposure: 1.0, shoulder: 0.99, white: 1.0, desaturation: 0.0 };
@@ -195,12 +203,30 @@ mod tests {
 
     #[test]
     fn bytes_do_not_depend_on_the_number_of_threads() {
-        let layer = ramp(3);
+        // Large enough for several bands.
+        let plane = |channel: u32| Image::from_fn(500, 400, |x, y| ((x * 7 + y * 3 + channel * 11) % 97) as f32 / 60.0).unwrap();
+        let layer = Layer::new("color", (0..3).map(plane).collect()).unwrap();
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| encode(&layer, &ToneMap::default()).unwrap())
         };
         assert!(with(1) == with(2) && with(1) == with(7));
+    }
+
+    #[test]
+    fn pictures_of_several_bands_and_of_any_width_survive() {
+        for (width, height, channels) in [(1, 300_000, 1), (131_073, 3, 1), (517, 301, 3), (400, 250, 4)] {
+            let code = |x: u32, y: u32, channel: u32| (x.wrapping_mul(2_654_435_761) ^ y.wrapping_mul(40_503) ^ channel * 77) >> 11;
+            let value = |code: u32| srgb_decode(f32::from(code as u8) / 255.0);
+            let plane = |channel: u32| {
+                Image::from_fn(width, height, |x, y| {
+                    let code = code(x, y, channel);
+                    if channel == 3 { f32::from(code as u8) / 255.0 } else { value(code) }
+                })
+            };
+            let layer = Layer::new(DECODED_NAME, (0..channels).map(|channel| plane(channel).unwrap()).collect()).unwrap();
+            assert!(decode(&encode(&layer, &IDENTITY).unwrap()).unwrap() == layer, "{width}x{height}, {channels} channels");
+        }
     }
 
     #[test]

@@ -6,9 +6,13 @@
 //! 2. [`srgb_encode`]: the transfer function of IEC 61966-2-1;
 //! 3. [`quantize_8bit`]: `code = ⌊255·v + ½⌋`, so code `k` stands for the values nearest to `k/255`, halves upwards. No dither.
 //!
+//! Pictures take the last two steps at once, by the table of [`srgb_code`].
+//!
 //! The road not taken: the filmic curves in common use (ACES fits, the Khronos PBR neutral map) reach 0.95 of white at about twice
 //! diffuse white. A caustic is brighter than the plain floor by a factor of 2 to 20, and all of its structure is in there: they would print
 //! it as flat white. Here the shoulder is longer: 2, 4 and 8 times diffuse white become codes 231, 243 and 250.
+
+use std::sync::LazyLock;
 
 /// Tone map for pictures with strong highlights: linear below a shoulder, extended Reinhard above it, hue kept, saturation rolled off.
 ///
@@ -96,9 +100,84 @@ pub fn quantize_8bit(value: f32) -> u8 {
     (clamp_or_zero(value, 1.0) * 255.0 + 0.5) as u8
 }
 
+/// The 8-bit sRGB code of linear light: `quantize_8bit(srgb_encode(linear))`, by table instead of by powers.
+#[must_use]
+pub fn srgb_code(linear: f32) -> u8 {
+    static STEPS: LazyLock<CodeSteps> = LazyLock::new(CodeSteps::new);
+    STEPS.code(linear)
+}
+
+/// The staircase from linear light to codes: where each step is, and which step is the last before each interval of floats.
+///
+/// Intervals hold the floats that agree in sign, exponent and seven bits of the mantissa. The curve is so flat that none holds two steps.
+struct CodeSteps {
+    /// Code of an interval's least number.
+    codes: Vec<u8>,
+    /// Least number with a code above that one; beyond the interval if it has no step.
+    steps: Vec<f32>,
+}
+
+impl CodeSteps {
+    /// Bits of a float that do not tell intervals apart.
+    const SHIFT: u32 = 16;
+    /// First interval with a step in it or after it; all below has code 0.
+    const FIRST: u32 = 0x3900_0000 >> Self::SHIFT;
+    /// The interval of 1.
+    const LAST: u32 = 0x3f80_0000 >> Self::SHIFT;
+
+    fn new() -> Self {
+        let code = |bits: u32| quantize_8bit(srgb_encode(f32::from_bits(bits)));
+        let (mut codes, mut steps) = (Vec::new(), Vec::new());
+        for interval in Self::FIRST..=Self::LAST {
+            let (first, end) = (interval << Self::SHIFT, (interval + 1) << Self::SHIFT);
+            let (mut below, mut above) = (first, end);
+            while above - below > 1 {
+                let middle = below + (above - below) / 2;
+                *(if code(middle) > code(first) { &mut above } else { &mut below }) = middle;
+            }
+            codes.push(code(first));
+            steps.push(f32::from_bits(above));
+        }
+        Self { codes, steps }
+    }
+
+    fn code(&self, linear: f32) -> u8 {
+        let linear = clamp_or_zero(linear, 1.0);
+        let interval = linear.to_bits() >> Self::SHIFT;
+        let Some(index) = interval.checked_sub(Self::FIRST) else { return 0 };
+        let (code, step) = (self.codes[index as usize], self.steps[index as usize]);
+        if linear >= step { code + 1 } else { code }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Compares the table with the formula for all floats with these bits.
+    fn compare_codes(bits: impl IntoIterator<Item = u32>) {
+        for value in bits.into_iter().map(f32::from_bits) {
+            assert_eq!(srgb_code(value), quantize_8bit(srgb_encode(value)), "of {value}");
+        }
+    }
+
+    #[test]
+    fn codes_by_table_are_those_of_the_formula_about_every_step_and_interval() {
+        let edges = (CodeSteps::FIRST..=CodeSteps::LAST + 1).map(|interval| interval << CodeSteps::SHIFT);
+        let steps = CodeSteps::new().steps.into_iter().map(f32::to_bits);
+        // The power is off by less than 1e-7: codes that far from a step cannot be wrong.
+        edges.chain(steps).for_each(|bits| compare_codes(bits - 300..bits + 300));
+        compare_codes((0..0x3f80_0000).step_by(4099));
+        for broken in [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0, -1.0, 2.0, f32::MAX, f32::MIN_POSITIVE] {
+            compare_codes([broken.to_bits()]);
+        }
+    }
+
+    #[test]
+    #[ignore = "every float from 0 to 1: a minute"]
+    fn codes_by_table_are_those_of_the_formula() {
+        compare_codes(0..=0x3f80_0000);
+    }
 
     /// Display value of a grey of brightness `value`.
     fn grey(tone: &ToneMap, value: f32) -> f32 {
