@@ -1,4 +1,4 @@
-//! From a frame's textures to named layers: crops the margin, folds samples into pixels.
+//! From a frame's textures to named layers: crops the margin, folds samples into pixels. Rows are made in parallel.
 
 use nephroid_image::{Image, Layer, LayerError, LayerSet, STANDARD_LAYERS};
 use nephroid_pipeline::frame::{Frame, FrameOutput, TextureId};
@@ -59,9 +59,16 @@ pub(super) fn attachment_names(frame: &Frame) -> Vec<String> {
 /// An attachment as it is, margin and samples included.
 fn raw(name: &str, texture: &Texture) -> Result<Layer, LayerError> {
     let surface = texture.surface(0, 0);
-    let plane = |c: usize| Image::from_fn(surface.width, surface.height, |x, y| surface.get(x, y, c));
+    let plane = |c: usize| Image::from_rows(surface.width, surface.height, |y, row| fill(row, |x| surface.get(x, y, c)));
     let planes = (0..surface.channels.max(1)).map(plane).collect::<Result<Vec<_>, _>>();
     Layer::new(name, planes.map_err(|source| LayerError::Size { name: name.to_owned(), source })?)
+}
+
+/// Number `x` of a row is `value(x)`.
+fn fill(row: &mut [f32], value: impl Fn(u32) -> f32) {
+    for (x, number) in row.iter_mut().enumerate() {
+        *number = value(x as u32);
+    }
 }
 
 fn read(built: &TechniqueFrame, source: &LayerSource, output: &FrameOutput<'_>) -> Result<Layer, LayerError> {
@@ -70,7 +77,7 @@ fn read(built: &TechniqueFrame, source: &LayerSource, output: &FrameOutput<'_>) 
     let width = (surface.width - 2 * built.margin) / samples;
     let height = (surface.height - 2 * built.margin) / samples;
     let pixel = Pixel { surface, margin: built.margin, samples };
-    let plane = |c: usize| Image::from_fn(width, height, |x, y| pixel.fold(source.read, x, y, c));
+    let plane = |c: usize| Image::from_rows(width, height, |y, row| fill(row, |x| pixel.fold(source.read, x, y, c)));
     let planes = (0..source.channels).map(plane).collect::<Result<Vec<_>, _>>();
     Layer::new(source.name, planes.map_err(|error| LayerError::Size { name: source.name.to_owned(), source: error })?)
 }

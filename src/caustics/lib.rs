@@ -23,7 +23,7 @@ pub trait Technique: Sync {
     fn summary(&self) -> &'static str;
     /// The paper.
     fn paper(&self) -> &'static str;
-    /// Prepares what does not change from frame to frame.
+    /// Prepares what does not change from frame to frame. Called on the device's threads.
     fn prepare(&self, scene: &Scene) -> Result<Box<dyn FrameSource>, RenderError>;
 }
 
@@ -201,7 +201,7 @@ impl Renderer {
     /// Loads meshes; frames run on the executor, whose device and memory limit are used instead of those of the options.
     pub fn with_executor(scene: &Scene, options: &RenderOptions, executor: Box<dyn Executor>) -> Result<Self, RenderError> {
         let technique = technique(&options.technique)?;
-        let source = technique.prepare(scene)?;
+        let source = executor.device().install(|| technique.prepare(scene))?;
         Ok(Self { technique, executor, source, layers: options.layers.clone() })
     }
 
@@ -236,7 +236,7 @@ impl Renderer {
         self.check_layers(&built)?;
         let output = self.executor.run(&built.frame, observer)?;
         let names = self.layers.as_deref();
-        let layers = layers::extract(&built, &output, names)?;
+        let layers = output.device.install(|| layers::extract(&built, &output, names))?;
         let mut counters = built.counters;
         let mut passes = Vec::with_capacity(output.passes.len());
         for (pass, result) in built.frame.passes.iter().zip(output.passes) {

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3, Vec4};
+use rayon::prelude::*;
 
 use crate::passes::geometry_buffer::ReceiverVertex;
 use nephroid_pipeline::Buffer;
 use nephroid_scene::geom::{Aabb, Mesh};
 use nephroid_scene::water::Water;
-use nephroid_scene::{Light, Material, Scene, SceneError};
+use nephroid_scene::{Light, Material, Object, Scene, SceneError};
 
 /// One object's part of the index buffer.
 #[derive(Clone, Debug)]
@@ -48,13 +49,15 @@ impl Receivers {
 }
 
 impl Receivers {
-    /// Builds or loads every object's mesh. Triangles that cross `cut_y` are cut there, so that what is under water can be moved
+    /// Builds or loads every object's mesh, several at a time; of several errors the first object's is reported. Triangles that cross `cut_y` are cut there, so that what is under water can be moved
     /// (see [`crate::passes::camera::CameraUniform::raise`]) without bending what is above.
     pub fn new(scene: &Scene, cut_y: Option<f32>) -> Result<Self, SceneError> {
         let mut builder = Builder { vertices: Vec::new(), indices: Vec::new(), cut_y };
         let mut groups = Vec::new();
-        for (index, object) in scene.objects.iter().enumerate() {
-            let mesh = scene.mesh(index)?.transformed(object.transform.world_from_object());
+        let place = |(index, object): (usize, &Object)| Ok(scene.mesh(index)?.transformed(object.transform.world_from_object()));
+        let meshes: Vec<Result<Mesh, SceneError>> = scene.objects.par_iter().enumerate().map(place).collect();
+        for (object, mesh) in scene.objects.iter().zip(meshes) {
+            let mesh = mesh?;
             let first = builder.indices.len() as u32;
             builder.mesh(&mesh);
             let elements = first..builder.indices.len() as u32;

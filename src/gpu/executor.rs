@@ -55,7 +55,7 @@ impl Executor for GpuExecutor {
         for id in drawn {
             read_whole(&on_gpu, id, &mut self.textures)?;
         }
-        Ok(FrameOutput { textures: &self.textures, passes })
+        Ok(FrameOutput { device: &self.device, textures: &self.textures, passes })
     }
 
     fn device(&self) -> &Device {

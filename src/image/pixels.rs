@@ -2,6 +2,10 @@
 
 use std::fmt;
 
+use bytemuck::Zeroable;
+use bytemuck::allocation::try_zeroed_vec;
+use rayon::prelude::*;
+
 /// Why a rectangle of pixels cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SizeError {
@@ -64,6 +68,17 @@ fn reserved<T>(width: u32, height: u32) -> Result<Vec<T>, SizeError> {
     let mut pixels = Vec::new();
     pixels.try_reserve_exact(count).map_err(|_| SizeError::TooLarge { width, height, bytes_per_pixel: size_of::<T>() })?;
     Ok(pixels)
+}
+
+impl<T: Zeroable + Send> Image<T> {
+    /// Row `y` is what `fill(y, row)` writes to a row of zeros; rows are filled in parallel.
+    pub fn from_rows(width: u32, height: u32, fill: impl Fn(u32, &mut [T]) + Sync) -> Result<Self, SizeError> {
+        let too_large = SizeError::TooLarge { width, height, bytes_per_pixel: size_of::<T>() };
+        // The system hands out zeros; asking for them touches no page before the thread that fills it does.
+        let mut pixels: Vec<T> = try_zeroed_vec(checked_count::<T>(width, height)?).map_err(|()| too_large)?;
+        pixels.par_chunks_exact_mut(width as usize).enumerate().for_each(|(y, row)| fill(y as u32, row));
+        Ok(Self { width, height, pixels })
+    }
 }
 
 impl<T> Image<T> {
@@ -179,6 +194,13 @@ mod tests {
         assert_eq!(image.get(2, 1), Some(&12));
         assert_eq!(image.rows().nth(1), Some(&[10, 11, 12][..]));
         assert_eq!(image.size(), (3, 2));
+    }
+
+    #[test]
+    fn rows_are_filled_by_number() {
+        let image = Image::from_rows(3, 2, |y, row| row.iter_mut().zip(0..).for_each(|(pixel, x)| *pixel = 10 * y + x)).unwrap();
+        assert_eq!(image, Image::from_fn(3, 2, |x, y| 10 * y + x).unwrap());
+        assert_eq!(Image::from_rows(0, 2, |_, _: &mut [u8]| ()).unwrap_err(), SizeError::Empty { width: 0, height: 2 });
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! order. When the bins' byte budget is reached the tiles run and the pass goes on with the next chunks: a *wave*. Where chunks and waves are
 //! cut depends on the draws alone, never on threads, and a tile sees primitives in submission order either way, so the bytes are the same.
 
+use std::fmt;
 use std::ops::Range;
 
 use fearless_simd::Level;
@@ -43,6 +44,13 @@ pub struct Device {
     /// Buffers of earlier passes.
     chunks: Spare<ChunkOutput>,
     tiles: Spare<TileScratch>,
+}
+
+/// What was asked for; the buffers inside help nobody.
+impl fmt::Debug for Device {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Device({} threads, {:?})", self.threads(), self.execution)
+    }
 }
 
 /// How to make a [`Device`].

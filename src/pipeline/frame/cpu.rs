@@ -68,6 +68,8 @@ pub trait FrameObserver: Send {
 /// What a frame left behind.
 #[derive(Debug)]
 pub struct FrameOutput<'a> {
+    /// The device of the executor, for work on the textures.
+    pub device: &'a Device,
     /// By texture number.
     pub textures: &'a [Texture],
     /// By pass number.
@@ -150,7 +152,7 @@ impl Executor for CpuExecutor {
             }
             Ok::<_, FrameError>(outputs)
         })?;
-        Ok(FrameOutput { textures: &self.textures, passes })
+        Ok(FrameOutput { device: &self.device, textures: &self.textures, passes })
     }
 
     fn device(&self) -> &Device {
