@@ -209,12 +209,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<()> {
         progress.step(format!("rendering {}", args.request.scene.display()));
         let rendering = renderer::render(&args.request, &prepared, args.driver.as_ref().map(Option::as_deref))?;
         progress.done();
-        for output in &args.outputs {
-            progress.step(format!("writing {}", output.path.display()));
-            let bytes = encode(&rendering, output)?;
-            interrupt::uninterrupted(|| file::write_atomically(&output.path, &bytes))?;
-            progress.done();
-        }
+        write_all(&rendering, &args.outputs, &progress)?;
         Ok(rendering)
     })?;
     drop(progress);
@@ -226,6 +221,27 @@ pub fn run(args: &HiArgs) -> anyhow::Result<()> {
         output::text(&summary(args, &rendering, seconds))?;
     }
     Ok(())
+}
+
+/// Writes all files, each while the next is encoded: the disk needs a good part of the time that the threads need.
+fn write_all(rendering: &Rendering, outputs: &[Output], progress: &Progress) -> anyhow::Result<()> {
+    let write = |encoded: Option<(&Output, Vec<u8>)>| -> anyhow::Result<()> {
+        if let Some((output, bytes)) = encoded {
+            interrupt::uninterrupted(|| file::write_atomically(&output.path, &bytes))?;
+            progress.done();
+        }
+        Ok(())
+    };
+    // Layers first: their files are large, and pictures are encoded meanwhile.
+    let (layers, pictures): (Vec<&Output>, Vec<&Output>) = outputs.iter().partition(|output| output.format == Format::Exr);
+    let mut encoded = None;
+    for output in layers.into_iter().chain(pictures) {
+        progress.step(format!("writing {}", output.path.display()));
+        let (written, bytes) = rayon::join(|| write(encoded.take()), || encode(rendering, output));
+        written?;
+        encoded = Some((output, bytes?));
+    }
+    write(encoded)
 }
 
 /// The bytes of one file.
