@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use nephroid::scene::mesh_file::{MeshLimits, gltf};
+use nephroid_scene::mesh_file::{MeshLimits, gltf};
 
 const LIMITS: MeshLimits = MeshLimits { max_vertices: 100_000, max_triangles: 100_000, max_file_bytes: 1 << 20 };
 

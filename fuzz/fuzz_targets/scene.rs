@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use nephroid::scene;
+use nephroid_scene as scene;
 
 fuzz_target!(|bytes: &[u8]| {
     match scene::parse_bytes(bytes, "fuzz.ron", Path::new("")) {
