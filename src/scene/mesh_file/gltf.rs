@@ -1,7 +1,7 @@
 //! glTF 2.0, as JSON with buffers beside it or embedded, and as one GLB.
 //!
-//! The scene's nodes are walked and every mesh is placed where a node uses it. The JSON is parsed by the crate `gltf`; its accessors
-//! are read here, because the crate's own panic on offsets and counts that do not fit their buffer. Only what geometry needs is
+//! The scene's nodes are walked and every mesh is placed where a node uses it. The JSON is parsed by the crate `gltf-json`; accessors are
+//! read here, because those of the crate `gltf` panic on offsets and counts that do not fit their buffer. Only what geometry needs is
 //! checked: a file whose animation is broken still has its mesh.
 //!
 //! Left out: skins and morph targets (a mesh has its rest shape), cameras, lights, materials, points and lines.
@@ -13,7 +13,7 @@ mod primitive;
 use std::path::Path;
 
 use glam::{Mat4, Quat, Vec3, Vec4};
-use gltf::json;
+use gltf_json as json;
 
 use super::{Fault, MeshFileError, MeshLimits, Place, finish};
 use crate::geom::Mesh;
@@ -36,7 +36,7 @@ const READ_EXTENSIONS: [&str; 1] = ["KHR_mesh_quantization"];
 
 pub(super) fn parse(bytes: &[u8], base: Option<&Path>, limits: &MeshLimits) -> Result<Mesh, Fault> {
     let (json_bytes, blob) = container::split(bytes)?;
-    let root: json::Root = json::deserialize::from_slice(json_bytes).map_err(|e| {
+    let root = json::Root::from_slice(json_bytes).map_err(|e| {
         let seen = e.to_string();
         // The place is named once, in front.
         let seen = seen.split(" at line ").next().unwrap_or_default().to_owned();

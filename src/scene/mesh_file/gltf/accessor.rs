@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
-use gltf::json::{
-    self,
+use gltf_json::{
+    self as json,
     accessor::{ComponentType, Type},
     validation::Checked,
 };

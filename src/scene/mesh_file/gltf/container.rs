@@ -3,7 +3,7 @@
 use std::path::{Component, Path};
 
 use base64::Engine;
-use gltf::json;
+use gltf_json as json;
 
 use super::super::{Fault, MeshFileProblem, MeshLimits, Place, error::quote, read_bounded};
 use super::accessor::Buffers;

@@ -1,8 +1,8 @@
 //! One primitive: attributes, indices, topology.
 
 use glam::{Vec2, Vec3};
-use gltf::json::{
-    self,
+use gltf_json::{
+    self as json,
     accessor::{ComponentType, Type},
     mesh::{Mode, Semantic},
     validation::Checked,
