@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use super::check::Invalid;
 use super::load::SceneError;
-use super::text::{self, Path, Position};
+use super::text::tree::Tree;
+use super::text::{Path, Position};
 
 /// The file that a scene was read from: its name, its folder and its text.
 #[derive(Clone, PartialEq, Eq)]
@@ -36,7 +37,8 @@ impl Source {
     /// Where the value that `path` names is written, or else the innermost value around it; the start of the file if there is none.
     #[must_use]
     pub fn position(&self, path: &Path) -> Position {
-        Position::of(&self.text, text::find(&self.text, path).map_or(0, |found| found.value.start))
+        let start = Tree::parse(&self.text).map_or(0, |tree| tree.value(tree.find(path).0).start);
+        Position::of(&self.text, start)
     }
 
     /// `invalid` as an error of this file.

@@ -1,3 +1,4 @@
+use super::tree::Tree;
 use super::*;
 
 /// `a.b[2]` as a path; names in capitals are variants all the same.
@@ -15,8 +16,9 @@ fn path(text: &str) -> Path {
 
 /// The source text of the value that `steps` leads to, and how far it was followed.
 fn value<'t>(text: &'t str, steps: &str) -> (&'t str, usize) {
-    let found = find(text, &path(steps)).unwrap();
-    (&text[found.value], found.depth)
+    let tree = Tree::parse(text).unwrap();
+    let (node, depth) = tree.find(&path(steps));
+    (tree.source(node), depth)
 }
 
 const TEXT: &str = r##"#![enable(implicit_some)]
@@ -35,7 +37,6 @@ Scene(
 
 #[test]
 fn find_follows_fields_indices_variants_and_options() {
-    check(TEXT).unwrap();
     assert_eq!(value(TEXT, "title"), (r#""a \"b\" ( [""#, 1));
     assert_eq!(value(TEXT, "camera.position[1]"), ("-2e3", 3));
     assert_eq!(value(TEXT, "camera.Perspective.position[2]"), ("+.5", 4));
@@ -71,18 +72,37 @@ fn find_stops_at_the_deepest_value_there_is() {
 }
 
 #[test]
-fn find_gives_the_name_of_a_field() {
-    let found = find(TEXT, &path("camera.near_m")).unwrap();
-    assert_eq!(&TEXT[found.name.unwrap()], "near_m");
-    assert_eq!(find(TEXT, &path("list[0]")).unwrap().name, None);
+fn path_to_leads_back_to_what_find_found() {
+    let tree = Tree::parse(TEXT).unwrap();
+    for steps in [
+        "camera.position[1]",
+        "camera.near_m",
+        "list[1].b",
+        "list[2].a",
+        "aim[1]",
+        "waves[1].a",
+        "pair[1]",
+        "maybe[1]",
+        "flat[0]",
+        "rgb[2]",
+        "map.k[1]",
+        "map.l",
+        "byte",
+    ] {
+        let (node, depth) = tree.find(&path(steps));
+        assert_eq!((tree.path_to(node).to_string().as_str(), depth), (steps, path(steps).0.len()));
+    }
+    assert_eq!(tree.path_to(Tree::ROOT), Path::default());
+    assert_eq!(tree.header(), "#![enable(implicit_some)]\n// A comment with ) and \"quotes\".\n");
 }
 
 #[test]
-fn find_all_gives_every_duplicate() {
-    let twice = "(a: 1, b: 2, a: (a: 3))";
-    let found = find_all(twice, &path("a"));
-    assert_eq!(found.iter().map(|f| &twice[f.value.clone()]).collect::<Vec<_>>(), ["1", "(a: 3)"]);
-    assert_eq!(found[1].name, Some(13..14));
+fn fields_start_at_their_names() {
+    let tree = Tree::parse(TEXT).unwrap();
+    let start = |steps| &TEXT[tree.start(tree.find(&path(steps)).0)..];
+    assert!(start("camera.near_m").starts_with("near_m : 0.1"));
+    assert!(start("list[1].b").starts_with("r#b: 'x'"));
+    assert!(start("list[0]").starts_with("Point(a: 1)"));
 }
 
 #[test]
@@ -99,26 +119,7 @@ fn position_counts_lines_and_characters_from_one() {
 }
 
 #[test]
-fn offset_of_inverts_position_of() {
-    for (offset, _) in TEXT.char_indices() {
-        assert_eq!(offset_of(TEXT, Position::of(TEXT, offset)), offset);
-    }
-    assert_eq!(offset_of("ab\n", Position { line: 9, column: 9 }), 3);
-}
-
-#[test]
-fn find_at_is_the_inverse_of_find() {
-    let at = |part: &str| find_at(TEXT, TEXT.find(part).unwrap()).map(|(path, range)| (path.to_string(), &TEXT[range]));
-    assert_eq!(at("-2e3"), Some(("camera.position[1]".to_owned(), "-2e3")));
-    assert_eq!(at("2e3"), Some(("camera.position[1]".to_owned(), "-2e3")));
-    assert_eq!(at("8, 9"), Some(("aim[1]".to_owned(), "8")));
-    assert_eq!(at("'x'"), Some(("list[1].b".to_owned(), "'x'")));
-    assert_eq!(at("near_m").unwrap().0, "camera");
-    assert_eq!(at("// A comment"), None);
-}
-
-#[test]
-fn check_names_the_place_of_each_kind_of_slip() {
+fn parse_names_the_place_of_each_kind_of_slip() {
     // The text, the byte offset, what was found and what was expected there.
     for (text, offset, found, expected) in [
         ("", 0, "the end of the file", "a value"),
@@ -138,23 +139,21 @@ fn check_names_the_place_of_each_kind_of_slip() {
         ("(a: Some(1 2))", 11, "`2`", "`,` or `)`"),
         ("\u{feff}()", 0, "`\\u{feff}`", "a value"),
     ] {
-        let error = check(text).unwrap_err();
+        let error = Tree::parse(text).err().unwrap();
         assert_eq!((error.offset, error.found.as_str(), error.expected.as_str()), (offset, found, expected), "{text}");
-        assert_eq!(find(text, &path("a")), None);
-        assert_eq!(find_all(text, &path("a")), []);
     }
 }
 
 #[test]
-fn check_refuses_deep_nesting_at_the_first_bracket_too_many() {
+fn parse_refuses_deep_nesting_at_the_first_bracket_too_many() {
     for open in ["(", "[", "{", "Some(", "(a:", "A("] {
         let text = open.repeat(1_000_000);
-        let error = check(&text).unwrap_err();
+        let error = Tree::parse(&text).err().unwrap();
         assert!(error.expected.contains("48 brackets"), "{open}: {error:?}");
         assert!(error.offset < 49 * open.len());
     }
     let deepest = format!("{}{}", "[".repeat(MAX_DEPTH), "]".repeat(MAX_DEPTH));
-    assert_eq!(check(&deepest), Ok(()));
+    assert!(Tree::parse(&deepest).is_ok());
 }
 
 #[test]

@@ -192,7 +192,12 @@ fn errors_of_type_name_the_value_and_what_it_should_be() {
         ("zenith: (1, 2, 3)", "zenith: ¦(1, 2)", "environment.zenith: found `(1, 2)`, expected a sequence of 3 f32 values"),
         ("zenith: (1, 2, 3)", "zenith: (1, 2, 3, ¦4)", "environment.zenith[3]: found `4`, expected no more values"),
         ("zenith: (1, 2, 3)", "zenith: (1, ¦true, 3)", "environment.zenith[1]: found `true`, expected a number"),
-        ("zenith: (1, 2, 3)", "zenith: ¦(x: 1, y: 2, z: 3)", "environment.zenith[0]: found `(x: 1, y: 2, z: 3)`, expected a number"),
+        (
+            "zenith: (1, 2, 3)",
+            "zenith: ¦(x: 1, y: 2, z: 3)",
+            "environment.zenith: found `(x: 1, y: 2, z: 3)`, expected values without names",
+        ),
+        ("(width: 64, height: 48)", "(¦64, 48)", "image: found `64`, expected the name of a field and a colon before it"),
         (
             "medium: Custom(",
             "medium: ¦Costal, xs: (",
