@@ -19,7 +19,8 @@ use nephroid_scene::Medium;
 use nephroid_scene::geom::Ray;
 
 use super::eye::Stretch;
-use super::media::{Place, SmokeBox, Tracking, even_transmittance};
+use super::media::{Place, SmokeBox, even_transmittance};
+use super::random::Draws;
 
 /// Length of the pieces that beams are cut into, in widths: shorter ones have tighter boxes, longer ones are fewer.
 const PIECE_WIDTHS: f32 = 16.0;
@@ -43,8 +44,6 @@ pub(super) struct Beam {
     pub flux: Vec3,
     /// What it runs through.
     pub place: Place,
-    /// Names the beam in its batch, for random numbers.
-    pub key: u32,
 }
 
 /// A batch's beams, ready for view rays.
@@ -56,13 +55,11 @@ pub(super) struct BeamTree<'a> {
     width: f32,
     medium: Medium,
     smoke: Option<&'a SmokeBox>,
-    seed: u32,
-    batch: u32,
 }
 
 impl<'a> BeamTree<'a> {
     /// Builds the hierarchy; beams end at `reach` metres from their start.
-    pub fn new(beams: &'a [Beam], width: f32, reach: f32, medium: Medium, smoke: Option<&'a SmokeBox>, seed: u32, batch: u32) -> Self {
+    pub fn new(beams: &'a [Beam], width: f32, reach: f32, medium: Medium, smoke: Option<&'a SmokeBox>) -> Self {
         let mut pieces = Vec::new();
         let mut boxes = Vec::new();
         for (number, beam) in beams.iter().enumerate() {
@@ -79,25 +76,25 @@ impl<'a> BeamTree<'a> {
         let indices = (0..boxes.len() as u32).collect();
         let bvh = PlocBuilder::with_capacity(boxes.len()).build(PlocSearchDistance::VeryLow, &boxes, indices, SortPrecision::U64, 0);
         let pieces = bvh.primitive_indices.iter().map(|&index| pieces[index as usize]).collect();
-        Self { beams, pieces, bvh, width, medium, smoke, seed, batch }
+        Self { beams, pieces, bvh, width, medium, smoke }
     }
 
     /// Radiance that reaches the eye along one stretch of a view ray, W/(m² sr), if media on the way from the eye to the stretch let
-    /// everything pass.
-    pub fn gather(&self, view: &Stretch, pixel: u32) -> Vec3 {
+    /// everything pass; `draws` are those of the view ray.
+    pub fn gather(&self, view: &Stretch, draws: &mut Draws) -> Vec3 {
         let (o, d) = (Vec3A::from(view.origin), Vec3A::from(view.direction));
         let mut sum = Vec3::ZERO;
         if self.pieces.is_empty() {
             return sum;
         }
         self.bvh.ray_traverse_anyhit(BoxRay::new(o, d, 0.0, view.length), |_, index| {
-            sum += self.meet(view, index, pixel);
+            sum += self.meet(view, index, draws);
         });
         sum
     }
 
     /// What one piece of a beam adds.
-    fn meet(&self, view: &Stretch, index: usize, pixel: u32) -> Vec3 {
+    fn meet(&self, view: &Stretch, index: usize, draws: &mut Draws) -> Vec3 {
         let (number, from, to) = self.pieces[index];
         let beam = &self.beams[number as usize];
         if beam.place != view.place {
@@ -124,9 +121,8 @@ impl<'a> BeamTree<'a> {
         let (sigma_s, g, transmittance) = match (view.place, self.smoke) {
             (Place::Air, Some(smoke)) => {
                 let at = Ray { origin: view.origin, direction: view.direction };
-                let mut tracking = Tracking { key: [self.seed ^ pixel, self.batch ^ (index as u32).wrapping_mul(0x9e37_79b9)], drawn: 0 };
-                let to_eye = smoke.transmittance(at, seen_at, &mut tracking);
-                let from_light = smoke.transmittance(Ray { origin: beam.origin, direction: beam.direction }, along, &mut tracking);
+                let to_eye = smoke.transmittance(at, seen_at, draws);
+                let from_light = smoke.transmittance(Ray { origin: beam.origin, direction: beam.direction }, along, draws);
                 (smoke.sigma_s * smoke.density(at.at(seen_at)), smoke.g, to_eye * from_light)
             }
             (Place::Water, _) => (self.medium.sigma_s, self.medium.g, even_transmittance(self.medium.sigma_t(), seen_at + along)),

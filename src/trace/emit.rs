@@ -11,10 +11,11 @@
 
 use glam::{DVec3, Vec3};
 
-use nephroid_math::rng::rng3;
 use nephroid_math::space::sin_cos_deg;
 use nephroid_scene::geom::Aabb;
 use nephroid_scene::{Light, spot_falloff};
+
+use super::random::{Draws, Purpose, start_bits};
 
 /// Cells of the grid along each of a light's two coordinates.
 const CELLS: u32 = 256;
@@ -31,6 +32,8 @@ pub(super) struct Start {
     pub direction: Vec3,
     /// Flux it carries, W, linear RGB, if all photons of the batch together are to carry what the lights emit.
     pub flux: Vec3,
+    /// Its random numbers, of which the start has taken the first.
+    pub draws: Draws,
 }
 
 /// All lights of a scene as one line of flux.
@@ -131,14 +134,13 @@ impl Emitter {
         let step = total / f64::from(count);
         let mut cell = self.cell_at(f64::from(first) * step);
         for photon in first..first + number as u32 {
-            let [jitter, ..] = rng3(seed, batch ^ STREAM_START, photon);
-            let place = (f64::from(photon) + (f64::from(jitter) + 0.5) / 4_294_967_296.0) * step;
+            let place = (f64::from(photon) + (f64::from(start_bits(seed, batch, photon)) + 0.5) / 4_294_967_296.0) * step;
             while cell + 1 < self.cells.len() && place >= self.starts[cell + 1] {
                 cell += 1;
             }
             let share = (place - self.starts[cell]) * self.inverse_lengths[cell];
             let bits = (share.clamp(0.0, 1.0) * 4_294_967_295.0) as u32;
-            out.push(self.ray(self.cells[cell], bits, step));
+            out.push(self.ray(self.cells[cell], bits, step, Draws::new(seed, Purpose::Photon, batch, photon)));
         }
     }
 
@@ -147,7 +149,7 @@ impl Emitter {
         self.starts.partition_point(|&start| start <= place).saturating_sub(1).min(self.cells.len() - 1)
     }
 
-    fn ray(&self, cell: Cell, bits: u32, step: f64) -> Start {
+    fn ray(&self, cell: Cell, bits: u32, step: f64, draws: Draws) -> Start {
         let source = &self.lights[cell.light as usize];
         // The high bits choose the coarse place, as in the order of cells.
         let u = (f64::from(cell.column) + (f64::from(every_other_bit(bits)) + 0.5) / 65536.0) / f64::from(CELLS);
@@ -156,12 +158,9 @@ impl Emitter {
         let colour = strength / (strength.x + strength.y + strength.z);
         let (origin, direction, falloff) = source.domain.ray(u, v);
         let weight = falloff / source.falloffs[cell.row as usize];
-        Start { origin, direction, flux: colour * (step * weight) as f32 }
+        Start { origin, direction, flux: colour * (step * weight) as f32, draws }
     }
 }
-
-/// Keeps the random numbers of starts apart from all others.
-const STREAM_START: u32 = 0x5eed_0000;
 
 /// Bits 0, 2, 4... of a word, side by side.
 fn every_other_bit(word: u32) -> u32 {

@@ -23,6 +23,7 @@ mod eye;
 mod media;
 mod photon;
 mod plane;
+mod random;
 mod spectrum;
 mod state;
 mod statistics;

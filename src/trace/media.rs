@@ -6,30 +6,10 @@
 
 use glam::Vec3;
 
-use nephroid_math::rng::{rng3, unit_from_bits};
 use nephroid_scene::geom::{Aabb, Ray};
 use nephroid_scene::{DensityGrid, Medium, Smoke};
 
-/// Keeps the random numbers of tracking apart from all others.
-const STREAM_TRACKING: u32 = 0x7ac4_0000;
-
-/// Random numbers for one tracking, as a function of a key.
-#[derive(Clone, Copy)]
-pub(super) struct Tracking {
-    /// Two words that name what is tracked.
-    pub key: [u32; 2],
-    /// How many numbers have been drawn.
-    pub drawn: u32,
-}
-
-impl Tracking {
-    /// The next number, uniform in `(0, 1]`.
-    fn next(&mut self) -> f32 {
-        self.drawn += 1;
-        let [bits, ..] = rng3(self.key[0], self.key[1] ^ STREAM_TRACKING, self.drawn);
-        1.0 - unit_from_bits(bits)
-    }
-}
+use super::random::Draws;
 
 /// Smoke, ready to be asked for densities.
 pub(super) struct SmokeBox {
@@ -82,7 +62,7 @@ impl SmokeBox {
     }
 
     /// An unbiased estimate of the transmittance over `0..length` of a ray, linear RGB.
-    pub fn transmittance(&self, ray: Ray, length: f32, tracking: &mut Tracking) -> Vec3 {
+    pub fn transmittance(&self, ray: Ray, length: f32, draws: &mut Draws) -> Vec3 {
         let mut estimate = Vec3::ONE;
         let Some((enter, leave)) = ray.meet_aabb(self.bounds) else { return estimate };
         let leave = leave.min(length);
@@ -91,7 +71,8 @@ impl SmokeBox {
         }
         let mut t = enter;
         loop {
-            t -= libm::logf(tracking.next()) / self.majorant;
+            // Of (0, 1]: its logarithm is finite.
+            t -= libm::logf(1.0 - draws.uniform()) / self.majorant;
             if t >= leave {
                 return estimate;
             }
@@ -149,6 +130,7 @@ impl SmokeBox {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Purpose;
     use nephroid_scene::Density;
 
     fn smoke(density: Density) -> SmokeBox {
@@ -169,7 +151,7 @@ mod tests {
         let count = 40_000;
         let (mut sum, mut squares) = (0.0_f64, 0.0_f64);
         for k in 0..count {
-            let value = f64::from(smoke.transmittance(RAY, length, &mut Tracking { key: [3, k], drawn: 0 }).x);
+            let value = f64::from(smoke.transmittance(RAY, length, &mut Draws::new(3, Purpose::Photon, 0, k)).x);
             sum += value;
             squares += value * value;
         }

@@ -7,7 +7,6 @@ use fearless_simd::Level;
 use glam::Vec3;
 
 use nephroid_math::optics::{fresnel_reflectance, reflect, refract};
-use nephroid_math::rng::{rng3, unit_from_bits};
 use nephroid_math::vector::{V3, v3};
 use nephroid_scene::Medium;
 use nephroid_scene::geom::Ray;
@@ -16,8 +15,9 @@ use super::audit::{Audit, sum};
 use super::beams::Beam;
 use super::cells::Cells;
 use super::emit::Emitter;
-use super::media::{Place, SmokeBox, Tracking, even_transmittance, water_share};
+use super::media::{Place, SmokeBox, even_transmittance, water_share};
 use super::plane::Plane;
+use super::random::Draws;
 use super::statistics::Deposit;
 use super::tree::NONE;
 use super::water::WaterSurface;
@@ -29,9 +29,6 @@ const NESTING: usize = 4;
 /// New rays start this far off a surface, as a share of their coordinates, on the side they go to: as much as rounding can have put them on
 /// the other. More would push those that start near an edge through the next triangle.
 const LIFT: f32 = 1.2e-7;
-
-/// Keeps the choices between refraction and reflection apart from all other random numbers.
-const STREAM_CHOICE: u32 = 0xf2e5_0000;
 
 /// What photons of one wavelength, or of all, travel through.
 pub(super) struct Travel<'a> {
@@ -69,14 +66,6 @@ pub(super) struct Travel<'a> {
     pub batch_photons: u32,
 }
 
-impl Travel<'_> {
-    /// A number uniform in `[0, 1)` for each photon and surface: below the reflectance, the photon is reflected.
-    #[inline(always)]
-    pub fn choice(&self, number: u32, events: u32) -> f32 {
-        unit_from_bits(rng3(self.seed ^ STREAM_CHOICE, self.batch.wrapping_mul(0x9e37_79b9) ^ events, number)[0])
-    }
-}
-
 /// What came of a chunk of photons.
 #[derive(Default)]
 pub(super) struct Arrivals {
@@ -93,10 +82,10 @@ pub(super) struct Arrivals {
 /// A photon, but for its place and direction.
 #[derive(Clone, Copy)]
 pub(super) struct Photon {
-    /// Its number in the batch.
-    pub number: u32,
+    /// Its random numbers: all that chance decides on its way is drawn from them.
+    pub draws: Draws,
     /// Surfaces that it has met.
-    pub events: u32,
+    events: u32,
     /// Triangle that it comes from.
     pub skip: u32,
     /// What it carries, W.
@@ -110,8 +99,8 @@ pub(super) struct Photon {
 
 impl Photon {
     /// As it leaves its light, which is not in glass.
-    pub fn new(number: u32, flux: Vec3, wet: bool) -> Self {
-        Self { number, events: 0, skip: NONE, flux, inside: [0; NESTING], depth: 0, wet, specular: false }
+    pub fn new(draws: Draws, flux: Vec3, wet: bool) -> Self {
+        Self { draws, events: 0, skip: NONE, flux, inside: [0; NESTING], depth: 0, wet, specular: false }
     }
 
     /// The place that it is in.
@@ -130,6 +119,8 @@ pub(super) struct Ahead {
     pub length: f32,
     /// The triangle, or [`NONE`] for the water.
     pub triangle: u32,
+    /// A number uniform in `[0, 1)`, drawn for this surface, whichever it is: below its reflectance, the photon is reflected.
+    pub choice: f32,
 }
 
 /// What the water does to a photon.
@@ -154,7 +145,7 @@ impl One<'_, '_> {
     #[inline]
     pub fn step(&mut self, ray: Ray, ahead: Ahead, water: impl FnOnce() -> Wetting) -> Option<(Vec3, Vec3)> {
         let Ray { origin, direction } = ray;
-        let Ahead { length, triangle } = ahead;
+        let Ahead { length, triangle, choice } = ahead;
         self.cross(origin, direction, length);
         if self.photon.flux == Vec3::ZERO {
             return None;
@@ -184,7 +175,7 @@ impl One<'_, '_> {
             let p = facet.onto(p, direction);
             match surface {
                 Surface::Mirror(reflectance) => self.mirror(p, direction, &facet, reflectance),
-                _ => self.glass(p, direction, &facet, object),
+                _ => self.glass(p, direction, &facet, object, choice),
             }
         };
         if self.photon.events >= self.travel.max_events {
@@ -205,7 +196,9 @@ impl One<'_, '_> {
             && self.photon.specular
             && let Some((texel, distance)) = plane.crossed(origin, direction, length)
         {
-            let value = self.photon.flux * self.transmittance(place, ray, distance, 1);
+            // Whether anything measures must not change the path.
+            let mut aside = self.photon.draws.aside();
+            let value = self.photon.flux * self.transmittance(place, ray, distance, &mut aside);
             self.arrivals.plane.push(Deposit { texel, value: value.to_array() });
         }
         let before = self.photon.flux;
@@ -223,13 +216,15 @@ impl One<'_, '_> {
                     return;
                 }
                 if travel.beams && self.photon.specular && medium.sigma_s != Vec3::ZERO {
-                    self.arrivals.beams.push(Beam { origin, direction, length, flux: before, place, key: self.photon.number });
+                    self.arrivals.beams.push(Beam { origin, direction, length, flux: before, place });
                 }
                 water_share(medium)
             }
             Place::Glass(_) => Vec3::ZERO,
         };
-        self.photon.flux = before * self.transmittance(place, ray, length, 0);
+        let mut draws = self.photon.draws;
+        self.photon.flux = before * self.transmittance(place, ray, length, &mut draws);
+        self.photon.draws = draws;
         let taken = sum(before) - sum(self.photon.flux);
         if taken != 0.0 {
             let scattered = sum((before - self.photon.flux) * share);
@@ -241,28 +236,17 @@ impl One<'_, '_> {
     /// The stretch of a ray through smoke, with the flux that reaches it.
     fn smoke_beam(&mut self, smoke: &SmokeBox, ray: Ray, length: f32) {
         if let Some((enter, leave)) = smoke.span(ray, length) {
-            let key = self.photon.number ^ self.photon.events.wrapping_mul(0x85eb_ca6b);
-            let beam = Beam {
-                origin: ray.at(enter),
-                direction: ray.direction,
-                length: leave - enter,
-                flux: self.photon.flux,
-                place: Place::Air,
-                key,
-            };
+            let beam =
+                Beam { origin: ray.at(enter), direction: ray.direction, length: leave - enter, flux: self.photon.flux, place: Place::Air };
             self.arrivals.beams.push(beam);
         }
     }
 
     /// Transmittance from the start of a ray to a distance.
-    fn transmittance(&self, place: Place, ray: Ray, length: f32, purpose: u32) -> Vec3 {
+    fn transmittance(&self, place: Place, ray: Ray, length: f32, draws: &mut Draws) -> Vec3 {
         let travel = self.travel;
         match place {
-            Place::Air => travel.smoke.map_or(Vec3::ONE, |smoke| {
-                let draw = self.photon.events << 1 | purpose;
-                let key = [travel.seed ^ self.photon.number, travel.batch ^ draw.wrapping_mul(0x9e37_79b9)];
-                smoke.transmittance(ray, length, &mut Tracking { key, drawn: 0 })
-            }),
+            Place::Air => travel.smoke.map_or(Vec3::ONE, |smoke| smoke.transmittance(ray, length, draws)),
             Place::Water => even_transmittance(travel.medium.sigma_t(), length),
             Place::Glass(object) => match travel.world.surfaces[object as usize] {
                 Surface::Glass { absorption, .. } => even_transmittance(absorption, length),
@@ -304,7 +288,7 @@ impl One<'_, '_> {
         (lifted(p, face), onward)
     }
 
-    fn glass(&mut self, p: Vec3, direction: Vec3, facet: &Facet<'_>, object: u32) -> (Vec3, Vec3) {
+    fn glass(&mut self, p: Vec3, direction: Vec3, facet: &Facet<'_>, object: u32, choice: f32) -> (Vec3, Vec3) {
         let outward = facet.normal();
         let entering = direction.dot(outward) < 0.0;
         let face = if entering { outward } else { -outward };
@@ -323,7 +307,6 @@ impl One<'_, '_> {
         let here = self.index_here(None);
         let there = if entering { self.travel.glass_ior[object as usize] } else { self.index_here(Some((object, p))) };
         let here = if entering { here } else { self.travel.glass_ior[object as usize] };
-        let choice = self.travel.choice(self.photon.number, self.photon.events);
         let bounced = choice < fresnel_reflectance(-direction.dot(normal), here, there);
         let mut onward = if bounced { reflected(direction, normal) } else { refracted(direction, normal, here / there) };
         let onto = if bounced { face } else { -face };

@@ -50,8 +50,10 @@ impl Tracer {
             source: _,
         } = self.scene();
         let (options, bounds) = (&self.options, self.world.bounds);
+        // A run goes on as it began: water and smoke once took their random numbers in another way.
+        let draws = if water.is_some() || smoke.is_some() { "draws 2 " } else { "" };
         let text = format!(
-            "{image:?} {camera:?} {lights:?} {water:?} {medium:?} {smoke:?} {objects:?} {time_s:?} {trace:?} {} {} {} {:?} {bounds:?}",
+            "{draws}{image:?} {camera:?} {lights:?} {water:?} {medium:?} {smoke:?} {objects:?} {time_s:?} {trace:?} {} {} {} {:?} {bounds:?}",
             options.seed, options.camera, options.volume, options.points
         );
         check_sum(text.as_bytes())

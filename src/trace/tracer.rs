@@ -13,9 +13,10 @@ use super::cells::{Cells, Points};
 use super::emit::Emitter;
 use super::error::TraceError;
 use super::eye::{Eye, Stretch};
-use super::media::{Place, SmokeBox, Tracking, even_transmittance};
+use super::media::{Place, SmokeBox, even_transmittance};
 use super::photon::{Arrivals, Travel};
 use super::plane::Plane;
+use super::random::{Draws, Purpose};
 use super::spectrum::{Wavelengths, index_at};
 use super::statistics::{Accumulator, Measured, Sorted};
 use super::tree::{Hit, NONE};
@@ -255,9 +256,12 @@ impl Tracer {
         }
         if let Some(volume) = &mut self.run.volume {
             let (smoke, medium, seed) = (self.smoke.as_ref(), self.scene.medium, self.options.seed);
-            let tree = BeamTree::new(&beams, self.beam_width, self.reach, medium, smoke, seed, batch);
+            let tree = BeamTree::new(&beams, self.beam_width, self.reach, medium, smoke);
             let views = &self.views;
-            volume.add_each(|pixel| gather(&tree, &views[pixel], pixel as u32, (medium.sigma_t(), smoke), [seed, batch]));
+            volume.add_each(|pixel| {
+                let mut draws = Draws::new(seed, Purpose::View, batch, pixel as u32);
+                gather(&tree, &views[pixel], (medium.sigma_t(), smoke), &mut draws)
+            });
         }
     }
 
@@ -366,11 +370,11 @@ fn views(eye: &Eye<'_>, columns: u32, rows: u32) -> Vec<Vec<Stretch>> {
 }
 
 /// Radiance along a whole view ray.
-fn gather(tree: &BeamTree<'_>, view: &[Stretch], pixel: u32, (sigma_t, smoke): (Vec3, Option<&SmokeBox>), key: [u32; 2]) -> [f64; 3] {
+fn gather(tree: &BeamTree<'_>, view: &[Stretch], (sigma_t, smoke): (Vec3, Option<&SmokeBox>), draws: &mut Draws) -> [f64; 3] {
     let mut passed = Vec3::ONE;
     let mut sum = [0.0; 3];
     for (number, stretch) in view.iter().enumerate() {
-        let radiance = tree.gather(stretch, pixel) * passed * stretch.throughput;
+        let radiance = tree.gather(stretch, draws) * passed * stretch.throughput;
         for (sum, value) in sum.iter_mut().zip(radiance.to_array()) {
             *sum += f64::from(value);
         }
@@ -379,8 +383,7 @@ fn gather(tree: &BeamTree<'_>, view: &[Stretch], pixel: u32, (sigma_t, smoke): (
                 (Place::Water, _) => even_transmittance(sigma_t, stretch.length),
                 (Place::Air, Some(smoke)) => {
                     let ray = nephroid_scene::geom::Ray { origin: stretch.origin, direction: stretch.direction };
-                    let mut tracking = Tracking { key: [key[0] ^ pixel, key[1] ^ (number as u32 + 1) << 24], drawn: 0 };
-                    smoke.transmittance(ray, stretch.length, &mut tracking)
+                    smoke.transmittance(ray, stretch.length, draws)
                 }
                 _ => Vec3::ONE,
             };

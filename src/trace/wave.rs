@@ -30,9 +30,9 @@ struct Lanewise {
     direction: [[f32; WAVE]; 3],
     /// 1 above the water, −1 below, 0 inside glass.
     side: [f32; WAVE],
-    /// [`Photon::number`], [`Photon::events`] and [`Photon::skip`].
-    number: [u32; WAVE],
-    events: [u32; WAVE],
+    /// [`Ahead::choice`]: drawn when a photon sets out, before it is known what it will meet, so that water and glass cannot differ in how.
+    choice: [f32; WAVE],
+    /// [`Photon::skip`].
     skip: [u32; WAVE],
     /// Distance to what is ahead: the water, then whatever is nearer.
     t: [f32; WAVE],
@@ -60,8 +60,7 @@ impl Scratch {
             origin: [[0.0; WAVE]; 3],
             direction: [[0.0; WAVE]; 3],
             side: [0.0; WAVE],
-            number: [0; WAVE],
-            events: [0; WAVE],
+            choice: [0.0; WAVE],
             skip: [NONE; WAVE],
             t: [0.0; WAVE],
             triangle: [NONE; WAVE],
@@ -80,7 +79,7 @@ pub(super) fn travel(travel: &Travel<'_>, first: u32, number: u32, scratch: &mut
     while sent < number {
         let count = (number - sent).min(WAVE as u32);
         travel.emitter.start(travel.seed, travel.batch, first + sent, travel.batch_photons, &mut scratch.starts, count as usize);
-        begin(travel, first + sent, scratch, &mut arrivals.audit);
+        begin(travel, scratch, &mut arrivals.audit);
         while !scratch.photons.is_empty() {
             step(travel, scratch, &mut arrivals);
         }
@@ -90,7 +89,7 @@ pub(super) fn travel(travel: &Travel<'_>, first: u32, number: u32, scratch: &mut
 }
 
 /// Puts photons into the lanes.
-fn begin(travel: &Travel<'_>, first: u32, scratch: &mut Scratch, audit: &mut Audit) {
+fn begin(travel: &Travel<'_>, scratch: &mut Scratch, audit: &mut Audit) {
     let Scratch { lanes, photons, starts } = scratch;
     photons.clear();
     for (lane, start) in starts.iter().enumerate() {
@@ -99,15 +98,16 @@ fn begin(travel: &Travel<'_>, first: u32, scratch: &mut Scratch, audit: &mut Aud
         audit.photons += 1;
         // Parallel light comes from outside.
         let wet = travel.water.is_some_and(|water| water.holds(start.origin));
-        let photon = Photon::new(first + lane as u32, flux, wet);
+        let mut photon = Photon::new(start.draws, flux, wet);
+        lanes.put(lane, &mut photon, start.origin, start.direction);
         photons.push(photon);
-        lanes.put(lane, &photon, start.origin, start.direction);
     }
 }
 
 impl Lanewise {
+    /// Sets a photon on its way to the next surface.
     #[inline(always)]
-    fn put(&mut self, lane: usize, photon: &Photon, origin: Vec3, direction: Vec3) {
+    fn put(&mut self, lane: usize, photon: &mut Photon, origin: Vec3, direction: Vec3) {
         for axis in 0..3 {
             self.origin[axis][lane] = origin[axis];
             self.direction[axis][lane] = direction[axis];
@@ -117,7 +117,7 @@ impl Lanewise {
             Place::Water => -1.0,
             Place::Glass(_) => 0.0,
         };
-        (self.number[lane], self.events[lane], self.skip[lane]) = (photon.number, photon.events, photon.skip);
+        (self.choice[lane], self.skip[lane]) = (photon.draws.uniform(), photon.skip);
     }
 }
 
@@ -140,13 +140,13 @@ fn step(travel: &Travel<'_>, scratch: &mut Scratch, arrivals: &mut Arrivals) {
     let mut kept = 0;
     for lane in 0..count {
         let ray = Ray { origin: vector(&lanes.origin, lane), direction: vector(&lanes.direction, lane) };
-        let ahead = Ahead { length: lanes.t[lane], triangle: lanes.triangle[lane] };
+        let ahead = Ahead { length: lanes.t[lane], triangle: lanes.triangle[lane], choice: lanes.choice[lane] };
         let wetting =
             || Wetting { reflected: lanes.reflected[lane] > 0.0, normal: vector(&lanes.normal, lane), onward: vector(&lanes.onward, lane) };
         let onward = One { travel, photon: &mut photons[lane], arrivals }.step(ray, ahead, wetting);
         if let Some((origin, direction)) = onward {
             photons[kept] = photons[lane];
-            lanes.put(kept, &photons[kept], origin, direction);
+            lanes.put(kept, &mut photons[kept], origin, direction);
             kept += 1;
         }
     }
@@ -235,10 +235,6 @@ fn water_lanes<L: Lanes, H: Heights>(
     if !crossing.t.lt(side.like(f32::INFINITY)).any() {
         return;
     }
-    let mut choice = [0.0_f32; 16];
-    for (lane, choice) in choice.iter_mut().enumerate().take(L::LEN) {
-        *choice = travel.choice(lanes.number[first + lane], lanes.events[first + lane]);
-    }
     let ior = travel.water_ior;
     // Against the photon. A smooth normal of a mesh may lean away from grazing light; then light grazes.
     let up = side.gt(side.like(0.0));
@@ -249,7 +245,7 @@ fn water_lanes<L: Lanes, H: Heights>(
     let reflectance = L::select(up, from_air, from_water);
     let (into_water, _) = refract(direction, normal, 1.0 / ior);
     let (into_air, _) = refract(direction, normal, ior);
-    let bounced = L::load(token, &choice).lt(reflectance);
+    let bounced = L::load(token, &lanes.choice[first..]).lt(reflectance);
     let onward = V3::select(bounced, reflect(direction, normal), V3::select(up, into_water, into_air));
     store3(normal, &mut lanes.normal, first);
     store3(onward.normalize(), &mut lanes.onward, first);

@@ -7,6 +7,7 @@
 
 mod folds;
 mod glass;
+mod in_turn;
 mod mirrors;
 mod scattering;
 mod still;

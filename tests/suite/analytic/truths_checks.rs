@@ -68,6 +68,53 @@ fn count(texels: &mut [f64], low: f64, high: f64, place: f64, what: f64) {
     }
 }
 
+/// What crosses each boundary of a pile of level layers downwards and upwards, for light from above: power is handed from layer to layer until
+/// next to nothing moves any more.
+fn pile(angle: f64, indices: &[f64]) -> Vec<[f64; 2]> {
+    let boundaries = indices.len() - 1;
+    let sine = libm::sin(angle);
+    let passes = |from: usize, to: usize| {
+        let s = sine / indices[from];
+        let down = if from < to { -1.0 } else { 1.0 };
+        pass([s, down * (1.0 - s * s).sqrt(), 0.0], [0.0, 1.0, 0.0], indices[from], indices[to]).map_or(0.0, |(_, share)| share)
+    };
+    // Power about to meet boundary k from above, and from below.
+    let mut moving = vec![[0.0; 2]; boundaries];
+    moving[0][0] = 1.0;
+    let mut crossed = vec![[0.0; 2]; boundaries];
+    for _ in 0..2000 {
+        let mut next = vec![[0.0; 2]; boundaries];
+        for k in 0..boundaries {
+            let [above, below] = moving[k];
+            let (down, up) = (above * passes(k, k + 1), below * passes(k + 1, k));
+            crossed[k][0] += down;
+            crossed[k][1] += up;
+            if k + 1 < boundaries {
+                next[k + 1][0] += down + below - up;
+            }
+            if k > 0 {
+                next[k - 1][1] += up + above - down;
+            }
+        }
+        moving = next;
+    }
+    crossed
+}
+
+#[test]
+fn sheets_and_water_share_light_as_a_pile_of_layers_does() {
+    for angle in [0.0, 20.0, 45.0, 60.0, 75.0, 85.0].map(deg) {
+        let (over, under) = (pile(angle, &[1.0, 1.5, 1.0, 1.333]), pile(angle, &[1.0, 1.333, 2.4, 1.333]));
+        let stack = optics::SheetOverWater::new(angle, 1.5, 1.333);
+        close(stack.entered(), over[2][0], 1e-9);
+        // What the water reflects goes up; what leaves the sheet at its lower side, and what that reflects, goes down.
+        close(stack.down() - stack.up(), over[2][0], 1e-9);
+        close(stack.up() * (1.0 - stack.sheet), over[0][1] - pile(angle, &[1.0, 1.5, 1.0])[0][1], 1e-9);
+        close(optics::sheet_under_water(angle, 2.4, 1.333), under[2][0], 1e-9);
+        close(1.0 - optics::sheet_reflectance(angle, 1.5), pile(angle, &[1.0, 1.5, 1.0])[1][0], 1e-9);
+    }
+}
+
 #[test]
 fn still_water_has_the_known_values() {
     for (angle, value) in [(0.0, 0.979_627), (30.0, 0.847_461), (45.0, 0.687_380), (60.0, 0.470_155), (75.0, 0.203_852)] {

@@ -6,7 +6,7 @@
 //!
 //! | Module | Truths |
 //! |---|---|
-//! | [`optics`] | Snell, Fresnel, still and leaning water: T1, T2, T15 |
+//! | [`optics`] | Snell, Fresnel, still and leaning water, sheets of glass and water: T1, T2, T15, T16 |
 //! | [`water`] | one and two crossed sine waves: T3, T4, T9 |
 //! | [`sphere`] | one spherical interface and the glass ball: T5, T6 |
 //! | [`ring`] | the upright mirror cylinder: T7, T8 |

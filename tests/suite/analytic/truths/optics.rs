@@ -43,6 +43,60 @@ pub fn still_water(angle: f64, ior: f64, sigma_t: f64, depth: f64) -> f64 {
     libm::cos(angle) * transmittance(angle, ior) * libm::exp(-sigma_t * depth / libm::cos(inside))
 }
 
+/// Share of unpolarised light that a level sheet reflects, with all reflections inside of it: `Rₛ = 2R/(1 + R)`; the rest passes.
+///
+/// Both its surfaces reflect R, from either side. First comes R; what enters, 1 − R, is reflected inside and leaves at the top again after
+/// 1, 3, 5... reflections: `Rₛ = R + (1 − R)² R (1 + R² + R⁴ + ...) = R + (1 − R)² R/(1 − R²)`. Light counts as unpolarised anew at every
+/// surface, and its paths add up by power, as the tracer has it.
+pub fn sheet_reflectance(angle: f64, ior: f64) -> f64 {
+    let r = reflectance(angle, ior);
+    2.0 * r / (1.0 + r)
+}
+
+/// T16: a level sheet of glass over still water, air between them. All is per light that falls on the sheet.
+///
+/// Light in the gap goes down, is reflected by the water with R, and by the sheet with Rₛ, which sends it down again: with each round trip
+/// R Rₛ of it is left. So `D = (1 − Rₛ)(1 + R Rₛ + R² Rₛ² + ...) = (1 − Rₛ)/(1 − R Rₛ)` goes down, `R D` up, and `(1 − R) D` into the water.
+#[derive(Clone, Copy, Debug)]
+pub struct SheetOverWater {
+    /// Rₛ of the sheet.
+    pub sheet: f64,
+    /// R of the water.
+    pub water: f64,
+}
+
+impl SheetOverWater {
+    /// The stack at an angle of incidence; every surface but those inside of the sheet meets light at that angle.
+    pub fn new(angle: f64, sheet_ior: f64, water_ior: f64) -> Self {
+        Self { sheet: sheet_reflectance(angle, sheet_ior), water: reflectance(angle, water_ior) }
+    }
+
+    /// What goes down through the gap, every time that it does.
+    pub fn down(self) -> f64 {
+        (1.0 - self.sheet) / (1.0 - self.water * self.sheet)
+    }
+
+    /// What goes up through the gap, every time that it does.
+    pub fn up(self) -> f64 {
+        self.water * self.down()
+    }
+
+    /// What enters the water.
+    pub fn entered(self) -> f64 {
+        (1.0 - self.water) * self.down()
+    }
+}
+
+/// T16: share of light that passes still water and then a level sheet of glass in it: `(1 − R)(1 − Rₛ)/(1 − R Rₛ)`.
+///
+/// The surface reflects the same R from below, at the angle of refraction; of what is between it and the sheet, R Rₛ is left after each
+/// round trip.
+pub fn sheet_under_water(angle: f64, sheet_ior: f64, water_ior: f64) -> f64 {
+    let inside = refraction_angle(angle, water_ior).expect("light comes from the thinner side");
+    let (water, sheet) = (reflectance(angle, water_ior), sheet_reflectance(inside, sheet_ior / water_ior));
+    (1.0 - water) * (1.0 - sheet) / (1.0 - water * sheet)
+}
+
 /// T2: irradiance of a level floor below water whose surface is `y = sx x + sz z`, for light along the unit vector `light` (y up), in
 /// clear water.
 ///
