@@ -103,7 +103,7 @@ fn crossed_waves_gather_light_along_both_axes() {
         scene.trace.plane = Some(plane);
         let y = level_of(&plane);
         let truth = |x: [f64; 2], z: [f64; 2]| crossed.mean(0.5 * (x[0] + x[1]), 0.5 * (z[0] + z[1]), x[1] - x[0], y);
-        let seen = measure(&scene, Sensor::Plane, &probes(&plane, 0.5, truth));
+        let seen = measure_to(FINE, &scene, Sensor::Plane, &probes(&plane, 0.5, truth));
         seen.agrees();
         let one_axis = crossed.under_crest(part * f) * (1.0 - part);
         let crest = seen.comparisons.iter().position(|c| c.place.starts_with("column 0, row 2")).expect("the crest is tested");
