@@ -216,7 +216,7 @@ mod tests {
     #[test]
     fn pictures_of_several_bands_and_of_any_width_survive() {
         for (width, height, channels) in [(1, 300_000, 1), (131_073, 3, 1), (517, 301, 3), (400, 250, 4)] {
-            let code = |x: u32, y: u32, channel: u32| (x.wrapping_mul(2_654_435_761) ^ y.wrapping_mul(40_503) ^ channel * 77) >> 11;
+            let code = |x: u32, y: u32, channel: u32| (x.wrapping_mul(2_654_435_761) ^ y.wrapping_mul(40_503) ^ (channel * 77)) >> 11;
             let value = |code: u32| srgb_decode(f32::from(code as u8) / 255.0);
             let plane = |channel: u32| {
                 Image::from_fn(width, height, |x, y| {

@@ -10,6 +10,7 @@ use nephroid_math::rng::{rng3, unit_from_bits};
 
 /// Whom a sequence belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
 pub(super) enum Purpose {
     /// A photon of a batch, by number: what surfaces do to it, and what smoke leaves of it.
     Photon = 0xf2e5_0000,

@@ -402,6 +402,7 @@ fn errors_of_water_name_its_values() {
         ("water: (model: PipeFluid(drops: [(), (radius_m: ¦-1)]))", "water.model.drops[1].radius_m: found -1.0, expected 0.0001 ..= 100 m"),
         ("water: (model: FftOcean(resolution: ¦100))", "water.model.resolution: found 100, expected a power of two, 4 ..= 2048"),
         ("water: (model: CircularCosine(ripples: (octaves: ¦0)))", "water.model.ripples.octaves: found 0, expected 1 ..= 12"),
+        ("water: (model: Tilted(slope: (0, 0), ¦tilt: 1))", "found unknown field `water.model.tilt`, expected one of: slope"),
         (
             "water: (model: ¦Wave([]))",
             "water.model: found `Wave([])`, \

@@ -89,6 +89,7 @@ impl Default for Water {
 
 /// The shape of a water surface.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub enum WaterModel {
     /// A still plane.
     #[default]
