@@ -22,6 +22,7 @@
 //! come from the biquadratic B-spline over the columns, mirrored at the rim; normals are those of the spline.
 
 mod forces;
+mod rows;
 mod settings;
 mod solver;
 mod spray;

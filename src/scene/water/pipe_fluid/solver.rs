@@ -1,10 +1,12 @@
 //! The state of the fluid and its time step.
 
+use fearless_simd::Level;
 use glam::DVec2;
 use rayon::prelude::*;
 
 use super::super::{GRAVITY_M_PER_S2, Water};
 use super::forces::{ActiveDrop, MovingObject, Rain};
+use super::rows::{self, Moved, RowFlows, out};
 use super::settings::{FluidSettings, InitialState};
 use super::spray::Spray;
 
@@ -165,11 +167,6 @@ impl Grid {
         let largest = (4.0 * x + 8.0 * diagonal).max(4.0 * z + 8.0 * diagonal).max(4.0 * (x + z));
         MAX_STEP_S.min(1.0 / (speed_m_per_s * largest.sqrt()))
     }
-}
-
-/// A flow if it leaves by this end, else zero.
-fn out(flow: f64) -> f64 {
-    if flow > 0.0 { flow } else { 0.0 }
 }
 
 /// Weight of a soft round spot at distance `d` from its middle: `(1 − d²/R²)²`.
@@ -422,14 +419,12 @@ impl PipeFluid {
         let (columns, rows, stride) = (grid.columns, grid.rows, grid.stride());
         let (w_x, w_z, w_diagonal) = grid.laplacian();
         let scale = GRAVITY_M_PER_S2 * self.depth_m * grid.cell_area_m2() * self.step_s;
-        let damping = self.damping;
+        let (damping, level) = (self.damping, Level::new());
         let heads = &self.heads;
         // Flows of pipes whose first ends start at the cell `from`, and whose other ends start at `to`.
         let update = |flows: &mut [f64], from: usize, to: usize, gain: f64| {
-            let ends = heads[from..][..flows.len()].iter().zip(&heads[to..][..flows.len()]);
-            for (flow, (head, other)) in flows.iter_mut().zip(ends) {
-                *flow = damping * *flow + gain * (head - other);
-            }
+            let count = flows.len();
+            rows::accelerate(level, flows, &heads[from..][..count], &heads[to..][..count], damping, gain);
         };
         // A wall mirrors the water: a diagonal pipe into the mirror image is one more along the wall.
         let (gain_x, gain_z, gain_diagonal) = (scale * w_x, scale * w_z, scale * w_diagonal);
@@ -489,37 +484,28 @@ impl PipeFluid {
     /// `V ← V + Δt · (sum of flows in)`, to [`Self::next`], and the heads of the new volumes; whether any column does not hold what leaves it.
     fn move_volumes(&mut self) -> bool {
         let grid = self.grid;
-        let (stride, columns, step_s) = (grid.stride(), grid.columns, self.step_s);
+        let (stride, columns, step_s, level) = (grid.stride(), grid.columns, self.step_s, Level::new());
         let scale = 1.0 / grid.cell_area_m2();
         let Flows { east, south, south_east, south_west } = &self.flows;
         let volumes = &self.volumes;
         let len = grid.task_len();
         let tasks = (self.next.par_chunks_mut(len), self.inflows.par_chunks_mut(len), self.heads.par_chunks_mut(len));
-        let move_row = |row: usize, next: &mut [f64], inflows: &mut [f64], heads: &mut [f64]| {
+        let move_row = |row: usize, moved: Moved<'_>| {
             let i = grid.index(0, row);
-            // Slices of one length each, so that the loop needs no bounds checks.
-            let (e_out, e_in) = (&east[i..][..columns], &east[i - 1..][..columns]);
-            let (s_out, s_in) = (&south[i..][..columns], &south[i - stride..][..columns]);
-            let (d_out, d_in) = (&south_east[i..][..columns], &south_east[i - stride - 1..][..columns]);
-            let (a_out, a_in) = (&south_west[i - 1..][..columns], &south_west[i - stride..][..columns]);
-            let volumes = &volumes[i..][..columns];
-            let (next, inflows, heads) = (&mut next[..columns], &mut inflows[..columns], &mut heads[..columns]);
-            let mut dry = false;
-            for c in 0..columns {
-                let axes = out(e_out[c]) + out(-e_in[c]) + out(s_out[c]) + out(-s_in[c]);
-                let total = axes + (out(d_out[c]) + out(-d_in[c])) + (out(a_out[c]) + out(-a_in[c]));
-                dry |= total * step_s > volumes[c];
-                let net = ((e_in[c] - e_out[c]) + (s_in[c] - s_out[c])) + ((d_in[c] - d_out[c]) + (a_in[c] - a_out[c]));
-                inflows[c] = net;
-                next[c] = volumes[c] + step_s * net;
-                heads[c] = next[c] * scale;
-            }
-            dry
+            let flows = RowFlows {
+                east: [&east[i..][..columns], &east[i - 1..][..columns]],
+                south: [&south[i..][..columns], &south[i - stride..][..columns]],
+                south_east: [&south_east[i..][..columns], &south_east[i - stride - 1..][..columns]],
+                south_west: [&south_west[i - 1..][..columns], &south_west[i - stride..][..columns]],
+            };
+            rows::move_volumes(level, flows, &volumes[i..][..columns], step_s, scale, moved)
         };
         let dry = tasks.into_par_iter().enumerate().map(|(task, (next, inflows, heads))| {
             let mut dry = false;
             for (row, own) in grid.task_rows(task, next.len()) {
-                dry |= move_row(row, &mut next[own..], &mut inflows[own..], &mut heads[own..]);
+                let own = own..own + columns;
+                let moved = Moved { volumes: &mut next[own.clone()], inflows: &mut inflows[own.clone()], heads: &mut heads[own] };
+                dry |= move_row(row, moved);
             }
             dry
         });
