@@ -32,7 +32,7 @@ const BEHIND: u8 = 3;
 pub(super) enum FastPath {
     /// None.
     General,
-    /// Adds a colour to one f32 target; `one_color`: the same for all primitives of a draw that face the same way.
+    /// Adds a colour to one f32 target and writes no depth; `one_color`: the same for all primitives of a draw that face the same way.
     Add { channels: u8, depth: u8, strict: bool, one_color: bool },
     /// Changes the stencil only; depth is not written.
     Stencil { depth: u8, strict: bool },
@@ -60,7 +60,7 @@ impl FastPath {
             };
         }
         match targets {
-            [Some(target)] if !plan.stencil && depth != BEHIND && fragment.per_primitive && target.additive_f32 => {
+            [Some(target)] if !plan.stencil && matches!(depth, IGNORE | TEST) && fragment.per_primitive && target.additive_f32 => {
                 let one_color = !has_varyings && !fragment.attributes;
                 Self::Add { channels: target.channels as u8, depth, strict, one_color }
             }
@@ -122,14 +122,11 @@ pub(super) fn run<S: Simd>(
             let colors = Some(colors);
             passed = match (channels, depth) {
                 (1, IGNORE) => add::<S, 1, IGNORE>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
-                (1, TEST) => add::<S, 1, TEST>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
-                (1, _) => add::<S, 1, WRITE>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
+                (1, _) => add::<S, 1, TEST>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
                 (2, IGNORE) => add::<S, 2, IGNORE>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
-                (2, TEST) => add::<S, 2, TEST>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
-                (2, _) => add::<S, 2, WRITE>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
+                (2, _) => add::<S, 2, TEST>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
                 (_, IGNORE) => add::<S, 4, IGNORE>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
-                (_, TEST) => add::<S, 4, TEST>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
-                (_, _) => add::<S, 4, WRITE>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
+                (_, _) => add::<S, 4, TEST>(simd, records, (draw, state), coarse, origin, colors, planes, z, strict),
             };
             counters.fragments_shaded += passed;
         }
