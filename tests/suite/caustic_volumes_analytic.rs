@@ -8,6 +8,7 @@
 use glam::Vec3;
 use nephroid::caustics::{RenderOptions, Renderer};
 use nephroid::scene::{Aim, Light, Scene};
+use rayon::prelude::*;
 
 use crate::analytic::truths::optics;
 use crate::analytic::truths::water::{Crossed, Sine};
@@ -38,8 +39,8 @@ fn place(index: usize, size: u32) -> (f64, f64) {
 }
 
 /// The truth at every pixel.
-fn truths(size: u32, truth: impl Fn(f64, f64) -> Option<f64>) -> Vec<Option<f64>> {
-    let places = (0..(size * size) as usize).map(|index| place(index, size));
+fn truths(size: u32, truth: impl Fn(f64, f64) -> Option<f64> + Sync) -> Vec<Option<f64>> {
+    let places = (0..(size * size) as usize).into_par_iter().map(|index| place(index, size));
     places.map(|(x, z)| truth(x, z)).collect()
 }
 

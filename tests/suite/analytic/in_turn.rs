@@ -104,10 +104,10 @@ fn choices_at_glass_and_then_at_water_are_independent() {
             let comparison = &seen.comparisons[0];
             (comparison.mean, comparison.standard_error)
         };
-        let (down, down_error) = at(square(0.0125, false), PRECISION, stack.down());
+        let (down, down_error) = at(square(0.0125, false), 2.0 * PRECISION, stack.down());
         // In upright light two per cent go up.
         let (up, up_error) = at(square(0.0125, true), 5.0 * PRECISION, stack.up());
-        let (entered, entered_error) = at(square(-0.1, false), PRECISION, stack.entered());
+        let (entered, entered_error) = at(square(-0.1, false), 2.0 * PRECISION, stack.entered());
         for (what, joint, error, share) in [("reflected", up, up_error, stack.water), ("passed", entered, entered_error, 1.0 - stack.water)]
         {
             let product = down * share;
