@@ -1,7 +1,8 @@
 //! Whole files: reading by content, and writing so that a reader never sees half a file.
 
+use std::fmt;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use crate::openexr::{self, ExrError};
@@ -31,10 +32,15 @@ pub enum FileError {
         source: io::Error,
     },
     /// The file is neither a PNG nor an EXR.
-    #[error("{} is neither a PNG nor an EXR", path.display())]
+    #[error(
+        "{} is neither a PNG nor an EXR: it {}, a PNG starts with {}, an EXR with {}",
+        path.display(), started(start), hex(png::SIGNATURE), hex(openexr::SIGNATURE)
+    )]
     UnknownFormat {
         /// The file.
         path: PathBuf,
+        /// Its first bytes, as many as a signature has, or all it has.
+        start: Vec<u8>,
     },
     /// The PNG is damaged.
     #[error("cannot read {}", path.display())]
@@ -62,19 +68,68 @@ pub enum FileError {
     },
 }
 
-/// Reads a PNG (one layer, [`png::DECODED_NAME`]) or an EXR (all layers); which of them, its first bytes say.
-pub fn read(path: &Path) -> Result<LayerSet, FileError> {
-    let bytes = fs::read(path).map_err(|source| FileError::Read { path: path.to_owned(), source })?;
-    if bytes.starts_with(png::SIGNATURE) {
-        let layer = png::decode(&bytes).map_err(|source| FileError::Png { path: path.to_owned(), source })?;
-        let mut layers = LayerSet::new();
-        layers.push(layer).map_err(|source| FileError::Layers { path: path.to_owned(), source })?;
-        Ok(layers)
-    } else if bytes.starts_with(openexr::SIGNATURE) {
-        openexr::decode(&bytes).map_err(|source| FileError::Exr { path: path.to_owned(), source })
-    } else {
-        Err(FileError::UnknownFormat { path: path.to_owned() })
+/// What the numbers of a picture are, which the kind of its file says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Codes for a display, at most 1 once decoded: a PNG.
+    Display,
+    /// Light, or whatever else a layer is named for, without a limit: an EXR.
+    Linear,
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Display => "a PNG, which holds display values",
+            Self::Linear => "an EXR, which holds linear values",
+        })
     }
+}
+
+/// What an image file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// What its numbers are. Layers do not tell: an EXR may well have the one layer of a PNG.
+    pub kind: Kind,
+    /// Its layers; those of a PNG are one, [`png::DECODED_NAME`].
+    pub layers: LayerSet,
+}
+
+/// Reads a PNG or an EXR. Which of them a file is, its first bytes say, and neither its name nor what is in it; a file that starts otherwise is
+/// read no further.
+pub fn read(path: &Path) -> Result<Picture, FileError> {
+    let cannot_read = |source| FileError::Read { path: path.to_owned(), source };
+    let mut file = File::open(path).map_err(cannot_read)?;
+    let mut bytes = Vec::new();
+    (&file).take(png::SIGNATURE.len() as u64).read_to_end(&mut bytes).map_err(cannot_read)?;
+    let kind = if bytes.starts_with(png::SIGNATURE) {
+        Kind::Display
+    } else if bytes.starts_with(openexr::SIGNATURE) {
+        Kind::Linear
+    } else {
+        return Err(FileError::UnknownFormat { path: path.to_owned(), start: bytes });
+    };
+    file.read_to_end(&mut bytes).map_err(cannot_read)?;
+    let layers = match kind {
+        Kind::Display => {
+            let layer = png::decode(&bytes).map_err(|source| FileError::Png { path: path.to_owned(), source })?;
+            let mut layers = LayerSet::new();
+            layers.push(layer).map_err(|source| FileError::Layers { path: path.to_owned(), source })?;
+            layers
+        }
+        Kind::Linear => openexr::decode(&bytes).map_err(|source| FileError::Exr { path: path.to_owned(), source })?,
+    };
+    Ok(Picture { kind, layers })
+}
+
+/// Bytes as two hexadecimal digits each.
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ")
+}
+
+/// How a file starts, for a message.
+fn started(start: &[u8]) -> String {
+    if start.is_empty() { "is empty".to_owned() } else { format!("starts with {} (\"{}\")", hex(start), start.escape_ascii()) }
 }
 
 /// Writes a whole file, or leaves what was there before.
@@ -184,19 +239,45 @@ mod tests {
         assert_eq!(names(folder.path()), Vec::<String>::new());
     }
 
+    /// An image with one layer, as a PNG and as an EXR.
+    fn one_layer() -> (LayerSet, Vec<u8>, Vec<u8>) {
+        let layer = Layer::from_pixels(png::DECODED_NAME, 1, 1, &[[0.0, 1.0, 1.0]]).unwrap();
+        let mut layers = LayerSet::new();
+        layers.push(layer.clone()).unwrap();
+        let png = png::encode(&layer, &ToneMap { white: 1.0, ..ToneMap::default() }).unwrap();
+        let exr = openexr::encode(&layers).unwrap();
+        (layers, png, exr)
+    }
+
     #[test]
     fn the_content_decides_how_a_file_is_read() {
         let folder = tempfile::tempdir().unwrap();
-        let layer = Layer::from_pixels("color", 1, 1, &[[0.0, 1.0, 1.0]]).unwrap();
-        let mut layers = LayerSet::new();
-        layers.push(layer.clone()).unwrap();
-        let path = folder.path().join("picture");
-        write_atomically(&path, &png::encode(&layer, &ToneMap { white: 1.0, ..ToneMap::default() }).unwrap()).unwrap();
-        assert_eq!(read(&path).unwrap(), layers);
-        write_atomically(&path, &openexr::encode(&layers).unwrap()).unwrap();
-        assert_eq!(read(&path).unwrap(), layers);
-        write_atomically(&path, b"GIF89a").unwrap();
-        assert!(matches!(read(&path), Err(FileError::UnknownFormat { .. })));
+        let (layers, png, exr) = one_layer();
+        for name in ["picture", "picture.png", "picture.exr"] {
+            let path = folder.path().join(name);
+            write_atomically(&path, &png).unwrap();
+            assert_eq!(read(&path).unwrap(), Picture { kind: Kind::Display, layers: layers.clone() }, "{name}");
+            write_atomically(&path, &exr).unwrap();
+            assert_eq!(read(&path).unwrap(), Picture { kind: Kind::Linear, layers: layers.clone() }, "{name}");
+        }
         assert!(matches!(read(&folder.path().join("absent")), Err(FileError::Read { .. })));
+    }
+
+    #[test]
+    fn other_signatures_are_told_with_those_allowed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("picture.png");
+        let allowed = ", a PNG starts with 89 50 4e 47 0d 0a 1a 0a, an EXR with 76 2f 31 01";
+        for (bytes, seen) in [
+            (&b"GIF89a\x01\x00\x01\x00"[..], "starts with 47 49 46 38 39 61 01 00 (\"GIF89a\\x01\\x00\")"),
+            // A PNG that a transfer as text has damaged: what the signature is made to show.
+            (&b"\x89PNG\n\x1a\n\0\0"[..], "starts with 89 50 4e 47 0a 1a 0a 00 (\"\\x89PNG\\n\\x1a\\n\\x00\")"),
+            (&b"\x76\x2f\x31"[..], "starts with 76 2f 31 (\"v/1\")"),
+            (&b""[..], "is empty"),
+        ] {
+            write_atomically(&path, bytes).unwrap();
+            let error = read(&path).unwrap_err();
+            assert_eq!(error.to_string(), format!("{} is neither a PNG nor an EXR: it {seen}{allowed}", path.display()));
+        }
     }
 }

@@ -19,7 +19,7 @@ pub mod png;
 pub mod report;
 pub mod tone;
 
-pub use file::{FileError, read, write_atomically};
+pub use file::{FileError, Kind, Picture, read, write_atomically};
 pub use layer::{Layer, LayerError, LayerSet, STANDARD_LAYERS, StandardLayer};
 pub use pixels::{Image, SizeError};
 pub use tone::ToneMap;

@@ -45,7 +45,7 @@ fn both_files_are_written_to_out_by_default() {
         "{text}"
     );
 
-    let layers = image::read(&folder.path().join("out/small.exr")).expect("the EXR is valid");
+    let layers = image::read(&folder.path().join("out/small.exr")).expect("the EXR is valid").layers;
     // All that caustic volumes have, in the table's order: no light scattered in the water, no stencil.
     let absent = ["volume", "godrays", "stencil_count"];
     let expected: Vec<_> = STANDARD_LAYERS.iter().filter(|layer| !absent.contains(&layer.name)).collect();
@@ -53,7 +53,7 @@ fn both_files_are_written_to_out_by_default() {
     for (layer, standard) in layers.iter().zip(expected) {
         assert_eq!((layer.width(), layer.height(), layer.channel_count()), (64, 48, standard.channels), "{}", standard.name);
     }
-    let picture = image::read(&folder.path().join("out/small.png")).expect("the PNG is valid");
+    let picture = image::read(&folder.path().join("out/small.png")).expect("the PNG is valid").layers;
     let color = picture.get("color").expect("a PNG is the layer color");
     assert_eq!((color.width(), color.height(), color.channel_count()), (64, 48, 3));
     assert!(color.planes()[1].pixels().iter().any(|value| *value > 0.0), "the picture is black");
@@ -81,7 +81,7 @@ fn json_tells_files_layers_energy_and_counters() {
 fn chosen_layers_are_the_only_ones_written() {
     let folder = folder();
     succeed(folder.path(), &["small.ron", "--size", "16x16", "--layers", "depth,caustic_irradiance", "-o", "a.exr"]);
-    let layers = image::read(&folder.path().join("a.exr")).expect("the EXR is valid");
+    let layers = image::read(&folder.path().join("a.exr")).expect("the EXR is valid").layers;
     let mut names: Vec<_> = layers.names().collect();
     names.sort_unstable();
     assert_eq!(names, ["caustic_irradiance", "depth"]);

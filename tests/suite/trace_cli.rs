@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use nephroid::image;
+use nephroid::image::{self, Layer, LayerSet, ToneMap, openexr, png};
 
 use crate::support::program::{self, SMALL_SCENE, run, succeed};
 
@@ -34,7 +34,7 @@ fn a_trace_writes_means_and_errors() {
     for word in ["262144 photons", "noise", "landed", "emitted"] {
         assert!(text.contains(word), "{text}");
     }
-    let layers = image::read(&folder.path().join("a.exr")).expect("the file is readable");
+    let layers = image::read(&folder.path().join("a.exr")).expect("the file is readable").layers;
     for name in ["caustic_irradiance", "caustic_irradiance_error", "caustic_irradiance_valid", "position", "normal"] {
         assert!(layers.get(name).is_some(), "{name} is missing");
     }
@@ -65,7 +65,7 @@ fn volume_and_json_are_there_when_asked_for() {
     assert_eq!(json["finished"], true);
     assert!(json["imbalance"].as_f64().expect("a number").abs() < 1e-9);
     assert!(json["energy_w"]["scattered"].as_f64().expect("a number") > 0.0);
-    let layers = image::read(&folder.path().join("v.exr")).expect("the file is readable");
+    let layers = image::read(&folder.path().join("v.exr")).expect("the file is readable").layers;
     let light: f32 = layers.get("godrays").expect("the layer was asked for").planes()[0].pixels().iter().sum();
     assert!(light > 0.0 && light.is_finite());
 }
@@ -164,11 +164,79 @@ fn pictures_that_do_not_match_are_refused() {
     succeed(folder.path(), &["trace", "small.ron", "--photons", "1", "--size", "8x8", "-o", "b.exr"]);
     for (arguments, part) in [
         (["compare", "a.exr", "b.exr", "--layer", "position"], "both must have the same size"),
-        (["compare", "a.exr", "a.png", "--layer", "color"], "a PNG holds display values"),
+        (["compare", "a.exr", "a.png", "--layer", "color"], "a.png is a PNG, which holds display values"),
         (["compare", "a.exr", "a.exr", "--layer", "shine"], "has no layer `shine`; it has: caustic_irradiance"),
     ] {
         let (code, _, stderr) = told(folder.path(), &arguments);
         assert!(code == Some(2) && stderr.contains(part), "{arguments:?}: {stderr}");
+    }
+}
+
+/// A picture far brighter than a display, of stripes this many pixels wide.
+fn stripes(name: &str, width: usize) -> Layer {
+    let pixels: Vec<[f32; 3]> = (0..24 * 24).map(|index| [if index % 24 / width % 2 == 0 { 10.0 } else { 90.0 }; 3]).collect();
+    Layer::from_pixels(name, 24, 24, &pixels).expect("the picture is valid")
+}
+
+/// Writes layers as an EXR.
+fn write_exr(folder: &Path, name: &str, all: &[Layer]) {
+    let mut layers = LayerSet::new();
+    for layer in all {
+        layers.push(layer.clone()).expect("the layers are valid");
+    }
+    fs::write(folder.join(name), openexr::encode(&layers).expect("the layers can be encoded")).expect("the folder is writable");
+}
+
+/// Two EXR files that a display shows alike, white all over, and that have the one layer of a PNG. What they are, their signature says.
+#[test]
+fn files_are_compared_as_what_their_signature_says() {
+    let folder = folder();
+    let (folder, depth) = (folder.path(), stripes("depth", 1));
+    let (a, b) = (stripes("color", 3), stripes("color", 4));
+    write_exr(folder, "a.exr", std::slice::from_ref(&a));
+    write_exr(folder, "b.exr", std::slice::from_ref(&b));
+    write_exr(folder, "a_two.exr", &[a.clone(), depth.clone()]);
+    write_exr(folder, "b_two.exr", &[b.clone(), depth]);
+    write_exr(folder, "b_exr.png", std::slice::from_ref(&b));
+    let white = ToneMap { white: 1.0, ..ToneMap::default() };
+    for (name, layer) in [("a.png", &a), ("b.png", &b), ("b_png.exr", &b)] {
+        fs::write(folder.join(name), png::encode(layer, &white).expect("the picture can be encoded")).unwrap();
+    }
+    fs::write(folder.join("scene.exr"), SCENE).unwrap();
+    fs::write(folder.join("empty.png"), "").unwrap();
+
+    let flip = |reference: &str, test: &str| {
+        let (code, stdout, stderr) = told(folder, &["compare", reference, test, "--json", "--bound", "flip=0.01"]);
+        let json: serde_json::Value = serde_json::from_str(&stdout).unwrap_or_else(|error| panic!("{reference} {test}: {error}: {stderr}"));
+        (code, json["results"][0]["flip"].as_f64().expect("FLIP is a number"))
+    };
+    let (code, right) = flip("a_two.exr", "b_two.exr");
+    assert!(code == Some(1) && right > 0.1, "FLIP of pictures that differ is {right}, exit code {code:?}");
+    for (reference, test) in [("a.exr", "b.exr"), ("a.exr", "b_two.exr"), ("a_two.exr", "b.exr"), ("a.exr", "b_exr.png")] {
+        assert_eq!(flip(reference, test), (Some(1), right), "{reference} against {test}");
+    }
+    let (code, swapped) = flip("b_exr.png", "a.exr");
+    assert!(code == Some(1) && swapped > 0.1, "the other way around FLIP is {swapped}, exit code {code:?}");
+    // As PNGs, they are the same.
+    assert_eq!(flip("a.png", "b.png"), (Some(0), 0.0));
+    assert_eq!(flip("a.png", "b_png.exr"), (Some(0), 0.0));
+
+    for (png, exr) in [("a.png", "b.exr"), ("a.png", "b_two.exr"), ("a.png", "b_exr.png"), ("b_png.exr", "a.exr")] {
+        let (png_is, exr_is) =
+            (format!("{png} is a PNG, which holds display values"), format!("{exr} is an EXR, which holds linear values"));
+        for (arguments, message) in [([png, exr], format!("{png_is}, {exr_is}")), ([exr, png], format!("{exr_is}, {png_is}"))] {
+            let (code, stdout, stderr) = told(folder, &["compare", arguments[0], arguments[1], "--bound", "flip=0.01"]);
+            let expected = format!("nephroid: {message}: compare two files of one kind\n");
+            assert_eq!((code, stdout.as_str(), stderr), (Some(2), "", expected), "{arguments:?}");
+        }
+    }
+    for (other, seen) in [("scene.exr", "starts with"), ("empty.png", "is empty")] {
+        for arguments in [["compare", other, "a.exr"], ["compare", "a.png", other]] {
+            let (code, stdout, stderr) = told(folder, &arguments);
+            let start = format!("nephroid: {other} is neither a PNG nor an EXR: it {seen}");
+            assert!(code == Some(2) && stdout.is_empty() && stderr.starts_with(&start), "{arguments:?}: {stderr}");
+            assert!(stderr.ends_with("a PNG starts with 89 50 4e 47 0d 0a 1a 0a, an EXR with 76 2f 31 01\n"), "{stderr}");
+        }
     }
 }
 

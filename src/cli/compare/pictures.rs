@@ -6,6 +6,7 @@ use anyhow::{Context as _, bail, ensure};
 
 use super::table::{Column, Results};
 use crate::cli::interrupt;
+use crate::image::file::Kind;
 use crate::image::{Layer, LayerSet, STANDARD_LAYERS, file, png};
 use crate::metrics::Pair;
 use crate::report::{Figure, Judged, Verdict, judge, number};
@@ -27,14 +28,16 @@ pub struct Request {
 /// Compares two files.
 pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Results> {
     let (reference, test) = (file::read(&request.reference)?, file::read(&request.test)?);
-    let is_png = |set: &LayerSet| set.len() == 1 && set.get(png::DECODED_NAME).is_some();
     ensure!(
-        is_png(&reference) == is_png(&test),
-        "{} and {} cannot be compared: a PNG holds display values, an EXR light",
+        reference.kind == test.kind,
+        "{} is {}, {} is {}: compare two files of one kind",
         request.reference.display(),
-        request.test.display()
+        reference.kind,
+        request.test.display(),
+        test.kind
     );
-    let display = is_png(&reference);
+    let display = reference.kind == Kind::Display;
+    let (reference, test) = (reference.layers, test.layers);
     let name = if display { png::DECODED_NAME.to_owned() } else { layer_name(request, &reference, &test)? };
     let find = |set: &LayerSet, path: &Path| set.get(&name).cloned().with_context(|| missing(&name, set, path));
     let (a, b) = (find(&reference, &request.reference)?, find(&test, &request.test)?);
