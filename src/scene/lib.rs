@@ -23,6 +23,7 @@ pub mod mesh_file;
 mod names;
 mod object;
 mod pattern;
+mod reach;
 mod settings;
 mod shape;
 mod smoke;

@@ -8,7 +8,7 @@ use crate::geom::shapes::ShapeError;
 use super::check::At;
 use super::description::Scene;
 use super::load::SceneError;
-use super::mesh_file::{MeshFileError, MeshLimits, read_mesh};
+use super::mesh_file::{MeshFileError, MeshLimits, read_named_mesh};
 use super::object::Object;
 use super::shape::Shape;
 
@@ -24,10 +24,11 @@ pub enum ObjectError {
 }
 
 impl Object {
-    /// The object's mesh in object space: built, or read from its file below `base_dir`.
+    /// The object's mesh in object space: built, or read from its file, which lies below `base_dir`, the scene's folder, or below a folder
+    /// beside that; other files are not opened.
     pub fn mesh(&self, base_dir: &FilePath) -> Result<Mesh, ObjectError> {
         if let Shape::Mesh(path) = &self.shape {
-            return Ok(read_mesh(&base_dir.join(path), &MeshLimits::default())?);
+            return Ok(read_named_mesh(base_dir, path, &MeshLimits::default())?);
         }
         Ok(self.shape.build().transpose()?.unwrap_or_default())
     }

@@ -1,7 +1,7 @@
 //! The shapes of objects: the procedural ones of [`shapes`](crate::geom::shapes), and mesh files.
 
 use std::ops::RangeInclusive;
-use std::path::{Component, Path as FilePath, PathBuf};
+use std::path::{Path as FilePath, PathBuf};
 
 use glam::UVec2;
 use serde::{Deserialize, Serialize};
@@ -13,6 +13,8 @@ use crate::geom::shapes::{
 };
 
 use super::check::{At, Invalid};
+use super::mesh_file::MESH_REACH;
+use super::reach::{Reach, check_portable};
 
 /// Extensions of the mesh files that can be read, in lower case.
 pub const MESH_EXTENSIONS: [&str; 4] = ["ply", "obj", "gltf", "glb"];
@@ -56,7 +58,8 @@ pub enum Shape {
     Boulder(Boulder),
     /// A sculpture that stands on y = 0.
     Figure(Figure),
-    /// A mesh file: PLY (ASCII or binary), OBJ, glTF or GLB; a path relative to the scene file, with `/` between its parts.
+    /// A mesh file: PLY (ASCII or binary), OBJ, glTF or GLB; a path relative to the scene file, with `/` between its parts, that leads below the
+    /// folder of that file or below a folder beside it, as `../meshes/a.ply` does.
     Mesh(PathBuf),
 }
 
@@ -206,12 +209,13 @@ impl Shape {
     }
 }
 
-/// A path that means the same on every machine: relative, without a drive or a root, ending in a known extension.
+/// A path that means the same on every machine, within the scene's reach, ending in a known extension. Where links on it lead is seen when the
+/// file is read.
 fn validate_mesh_path(path: &FilePath, at: &At<'_>) -> Result<(), Invalid> {
     let shown = format!("\"{}\"", path.display());
-    let relative = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir | Component::ParentDir));
-    let portable = !shown.contains(['\\', '\0', ':']);
-    at.require(relative && portable, &shown, "a path relative to the scene file, its parts separated by `/`")?;
+    let named = |check: fn(&str) -> Result<(), &'static str>| path.to_str().is_some_and(|name| check(name).is_ok());
+    at.require(named(check_portable), &shown, "a path relative to the scene file, its parts separated by `/`")?;
+    at.require(named(|name| Reach::Beside.check(name)), &shown, &format!("a path {MESH_REACH}"))?;
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_ascii_lowercase();
     at.require(
         MESH_EXTENSIONS.contains(&extension.as_str()),

@@ -714,6 +714,86 @@ fn files_are_chosen_by_extension() {
     assert!(matches!(read_mesh(&large, &SMALL).unwrap_err().problem, MeshFileProblem::TooLarge { what: "bytes", .. }));
 }
 
+/// What stands in the file that must not be read: as a buffer it would do.
+const SECRET: &[u8] = b"hush, hush, hush, hush, hush, hush, hush, hush, hush, hush, ";
+
+#[test]
+fn buffers_elsewhere_are_refused_unopened() {
+    let outside = tempfile::tempdir().unwrap();
+    let folder = outside.path().join("inside");
+    fs::create_dir_all(folder.join("sub")).unwrap();
+    let document = Document::default();
+    assert_eq!(SECRET.len(), document.buffer.len());
+    write(outside.path(), "outside.bin", SECRET);
+    let absolute = outside.path().join("outside.bin");
+    let absolute = absolute.to_str().unwrap();
+    let rule = "must be a data URI, or a path relative to a .gltf file on disk, to a regular file in its folder or below, links included";
+    let refused = |uri: &str, why: &str| {
+        let gltf = write(&folder, "a.gltf", document.json(Some(&uri.replace('\\', "\\\\"))));
+        let message = message(read_mesh(&gltf, &SMALL));
+        let start = format!("{}, buffers[0]: the URI ", gltf.display());
+        assert!(message.starts_with(&start) && message.ends_with(&format!("{why}, is not supported: {rule}")), "{uri}: {message}");
+        assert!(!message.contains("hush"), "{uri}: {message}");
+    };
+    for uri in
+        ["../outside.bin", "%2e%2e/outside.bin", "%2E./outside.bin", "sub/../../outside.bin", "./.././outside.bin", "../inside/ok.bin"]
+    {
+        refused(uri, "which leads out of reach");
+    }
+    refused(absolute, "which is absolute");
+    refused("//localhost/outside.bin", "which is absolute");
+    for uri in [&format!("file://{absolute}"), "file:outside.bin", "http://localhost/outside.bin", "C:outside.bin", "c%3a/outside.bin"] {
+        refused(uri, "which holds a colon, as of a scheme or a drive");
+    }
+    for uri in ["..\\outside.bin", "sub\\..\\..\\outside.bin", "..%5coutside.bin", "%5c%5chost%5coutside.bin"] {
+        refused(uri, "which holds a backslash");
+    }
+    for uri in ["..%2foutside.bin", "%2e%2e%2Foutside.bin", "%2ftmp/outside.bin", "sub%2fok.bin"] {
+        refused(uri, "which holds a percent-encoded separator");
+    }
+    refused("ok.bin%00", "which holds a NUL");
+    refused("ok%ff.bin", "which is not UTF-8");
+    for uri in ["", ".", "sub/..", "sub/../"] {
+        refused(uri, "which names no file");
+    }
+
+    // What lies inside is read, by way of `..` and of links, too.
+    let read = |uri: &str| read_mesh(&write(&folder, "a.gltf", document.json(Some(uri))), &SMALL);
+    write(&folder, "ok.bin", &document.buffer);
+    write(&folder.join("sub"), "ok.bin", &document.buffer);
+    for uri in ["ok.bin", "./ok.bin", "sub/ok.bin", "sub/../ok.bin", "%6fk.bin", "sub//ok.bin"] {
+        assert_eq!(read(uri).map(|mesh| mesh.triangle_count()), Ok(2), "{uri}");
+    }
+    assert!(message(read("sub")).ends_with("sub: not a regular file"));
+
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::symlink;
+        for (target, link) in
+            [(absolute, "absolute.bin"), ("../outside.bin", "up.bin"), ("up.bin", "again.bin"), ("..", "above"), ("/dev/zero", "zero.bin")]
+        {
+            symlink(target, folder.join(link)).unwrap();
+        }
+        for uri in ["absolute.bin", "up.bin", "again.bin", "above/outside.bin", "zero.bin"] {
+            refused(uri, "which a link leads out of reach");
+        }
+        for (target, link) in [("sub/ok.bin", "within.bin"), ("sub", "beneath")] {
+            symlink(target, folder.join(link)).unwrap();
+        }
+        for uri in ["within.bin", "beneath/ok.bin", "above/inside/ok.bin"] {
+            assert_eq!(read(uri).map(|mesh| mesh.triangle_count()), Ok(2), "{uri}");
+        }
+        // A folder that is itself reached by a link keeps its files.
+        let alias = outside.path().join("alias");
+        symlink(&folder, &alias).unwrap();
+        assert_eq!(read_mesh(&write(&alias, "a.gltf", document.json(Some("ok.bin"))), &SMALL).map(|mesh| mesh.triangle_count()), Ok(2));
+        // A pipe that nobody writes to would never end.
+        let made = std::process::Command::new("mkfifo").arg(folder.join("pipe.bin")).status().unwrap();
+        assert!(made.success());
+        assert!(message(read("pipe.bin")).ends_with("pipe.bin: not a regular file"));
+    }
+}
+
 // ---- Random damage
 
 /// Overwrites, removes, repeats or inserts stretches of a valid file.

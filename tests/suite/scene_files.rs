@@ -462,6 +462,89 @@ fn errors_of_meshes_name_the_object_in_the_scene_file_and_the_place_in_the_mesh_
     assert_eq!(scene.mesh(4).unwrap().triangle_count(), 1);
 }
 
+/// A triangle as a PLY.
+const TRIANGLE: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                        element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+/// A scene reaches its own folder and those beside it. The error names the scene, the place in it and the rule, and nothing that the mesh holds.
+#[test]
+fn meshes_out_of_reach_are_refused_unopened() {
+    let project = tempfile::tempdir().unwrap();
+    let project = project.path().join("a/b");
+    let scenes = project.join("scenes");
+    for folder in [scenes.join("deep"), project.join("meshes")] {
+        fs::create_dir_all(folder).unwrap();
+    }
+    for file in ["scenes/here.ply", "scenes/deep/there.ply", "meshes/beside.ply"] {
+        fs::write(project.join(file), TRIANGLE).unwrap();
+    }
+    for file in ["above.ply", "../farther.ply"] {
+        fs::write(project.join(file), "hush").unwrap();
+    }
+    let text = |mesh: &str| {
+        let mesh = mesh.replace('\\', "\\\\");
+        format!("(camera: Perspective(position: (0, 3, 4), target: (0, 0, 0)), objects: [(shape: Mesh(\"{mesh}\"))])")
+    };
+    let read = |mesh: &str| {
+        let scene = scene::parse(&text(mesh), "reach.ron", &scenes)?;
+        scene.mesh(0).map(|mesh| mesh.triangle_count())
+    };
+    let refused = |mesh: &str, rule: &str| {
+        let message = read(mesh).unwrap_err().to_string();
+        assert!(
+            message.starts_with("reach.ron:1:") && message.contains("objects[0].shape") && message.ends_with(rule),
+            "{mesh}: {message}"
+        );
+        assert!(!message.contains("hush"), "{mesh}: {message}");
+    };
+    for mesh in ["here.ply", "deep/there.ply", "deep/../here.ply", "../meshes/beside.ply", "../scenes/here.ply"] {
+        assert_eq!(read(mesh), Ok(1), "{mesh}");
+    }
+    let reach = "a path to a file below the scene's folder or below a folder beside it";
+    for mesh in [
+        "../above.ply",
+        "../../farther.ply",
+        "deep/../../above.ply",
+        "../meshes/../above.ply",
+        "../../b/meshes/beside.ply",
+        "../x/../../y.ply",
+    ] {
+        refused(mesh, reach);
+    }
+    let farther = project.parent().unwrap().join("farther.ply");
+    let farther = farther.to_str().unwrap();
+    let portable = "a path relative to the scene file, its parts separated by `/`";
+    for mesh in [farther, &format!("file://{farther}"), "..\\above.ply", "deep\\..\\..\\above.ply", "C:above.ply", "//host/above.ply"] {
+        refused(mesh, portable);
+    }
+    // A path is no URI: nothing is decoded.
+    assert!(read("%2e%2e/above.ply").unwrap_err().to_string().contains("%2e%2e/above.ply: "));
+
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::symlink;
+        for (target, link) in [
+            (farther, "scenes/absolute.ply"),
+            ("../above.ply", "scenes/up.ply"),
+            ("../scenes/up.ply", "meshes/again.ply"),
+            ("../..", "scenes/out"),
+            ("/dev", "devices"),
+            ("/dev/zero", "scenes/zero.ply"),
+        ] {
+            symlink(target, project.join(link)).unwrap();
+        }
+        let rule = "which a link leads out of reach, is not supported: must lead to a file below the scene's folder or below a folder beside it, links included";
+        for mesh in ["absolute.ply", "up.ply", "../meshes/again.ply", "out/farther.ply", "zero.ply"] {
+            refused(mesh, rule);
+        }
+        symlink("../meshes/beside.ply", scenes.join("link.ply")).unwrap();
+        assert_eq!(read("link.ply"), Ok(1));
+        let made = std::process::Command::new("mkfifo").arg(scenes.join("pipe.ply")).status().unwrap();
+        assert!(made.success());
+        refused("pipe.ply", "pipe.ply: not a regular file");
+    }
+}
+
 #[test]
 fn limits_hold_on_counts() {
     let camera = "camera: Perspective(position: (0, 3, 4), target: (0, 0, 0))";

@@ -22,15 +22,16 @@ pub mod ply;
 
 use std::{
     fs,
-    io::Read,
+    io::{self, Read},
     path::{Path, PathBuf},
 };
 
 use glam::Vec3;
 
 use crate::geom::{Mesh, direction};
+use crate::reach::{Astray, Reach};
 
-use error::Fault;
+use error::{Fault, quote};
 pub use error::{MeshFileError, MeshFileProblem, Place};
 
 /// How large a mesh may become.
@@ -70,6 +71,29 @@ impl MeshLimits {
 /// # Errors
 /// If the file cannot be read, is malformed, exceeds a limit or has no triangle. The message names file and place.
 pub fn read_mesh(path: &Path, limits: &MeshLimits) -> Result<Mesh, MeshFileError> {
+    read_as(path, limits, || Ok(path.to_owned()))
+}
+
+/// Where the meshes are that a scene may name.
+pub(super) const MESH_REACH: &str = "to a file below the scene's folder or below a folder beside it";
+
+/// Reads the mesh that a scene in `folder` names. Where the name leads is settled before anything is opened.
+pub(super) fn read_named_mesh(folder: &Path, name: &Path, limits: &MeshLimits) -> Result<Mesh, MeshFileError> {
+    let shown = folder.join(name);
+    read_as(&shown, limits, || {
+        let located = name.to_str().ok_or(Astray::Refused("which is not UTF-8")).and_then(|name| Reach::Beside.locate(folder, name));
+        located.map_err(|astray| match astray {
+            Astray::Io(error) => io_fault(error),
+            Astray::Refused(why) => {
+                let feature = format!("the path {}, {why},", quote(name.to_string_lossy().as_bytes()));
+                Fault::unsupported(Place::File, feature, format!("must lead {MESH_REACH}, links included"))
+            }
+        })
+    })
+}
+
+/// Reads the mesh at the place that `locate` finds, under the name `path` in messages.
+fn read_as(path: &Path, limits: &MeshLimits, locate: impl FnOnce() -> Result<PathBuf, Fault>) -> Result<Mesh, MeshFileError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let in_file = |fault: Fault| fault.in_file(path);
     let parse: fn(&Path, &[u8], &MeshLimits) -> Result<Mesh, Fault> = match extension.as_str() {
@@ -78,24 +102,29 @@ pub fn read_mesh(path: &Path, limits: &MeshLimits) -> Result<Mesh, MeshFileError
         "gltf" | "glb" => |path, bytes, limits| gltf::parse(bytes, Some(path.parent().unwrap_or(Path::new(""))), limits),
         _ => return Err(in_file(Fault { at: Place::File, problem: MeshFileProblem::UnknownFormat { seen: extension } })),
     };
-    let bytes = read_bounded(path, limits.max_file_bytes).map_err(in_file)?;
+    let place = locate().map_err(in_file)?;
+    let bytes = read_bounded(&place, limits.max_file_bytes).map_err(in_file)?;
     parse(path, &bytes, limits).map_err(in_file)
 }
 
 /// The bytes of a regular file, refused unread if there are more than `max_bytes`.
 fn read_bounded(path: &Path, max_bytes: u64) -> Result<Vec<u8>, Fault> {
-    let io = |e: std::io::Error| Fault { at: Place::File, problem: MeshFileProblem::Io { message: e.to_string() } };
     // Asked before it is opened: opening a pipe would wait for a writer.
-    if !fs::metadata(path).map_err(io)?.is_file() {
-        return Err(io(std::io::Error::other("not a regular file")));
+    if !fs::metadata(path).map_err(io_fault)?.is_file() {
+        return Err(io_fault(io::Error::other("not a regular file")));
     }
-    let file = fs::File::open(path).map_err(io)?;
-    let length = file.metadata().map_err(io)?.len();
+    let file = fs::File::open(path).map_err(io_fault)?;
+    let length = file.metadata().map_err(io_fault)?.len();
     MeshLimits::check(length, max_bytes, "bytes", || Place::File)?;
     // A file that grows meanwhile is cut off rather than followed.
     let mut bytes = Vec::new();
-    file.take(max_bytes).read_to_end(&mut bytes).map_err(io)?;
+    file.take(max_bytes).read_to_end(&mut bytes).map_err(io_fault)?;
     Ok(bytes)
+}
+
+/// What the file system says, of the file as a whole.
+fn io_fault(error: io::Error) -> Fault {
+    Fault { at: Place::File, problem: MeshFileProblem::Io { message: error.to_string() } }
 }
 
 /// Common last steps: something must be left, unused vertices go, normals become usable.

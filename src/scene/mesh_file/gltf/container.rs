@@ -1,12 +1,13 @@
 //! The two containers, and the buffers a document names.
 
-use std::path::{Component, Path};
+use std::path::Path;
 
 use base64::Engine;
 use gltf_json as json;
 
-use super::super::{Fault, MeshFileProblem, MeshLimits, Place, error::quote, read_bounded};
+use super::super::{Fault, MeshFileProblem, MeshLimits, Place, error::quote, io_fault, read_bounded};
 use super::accessor::Buffers;
+use crate::reach::{Astray, Reach};
 
 /// JSON and binary part of a file; a file that does not start as GLB is all JSON.
 pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
@@ -81,17 +82,36 @@ fn load(uri: &str, base: Option<&Path>, limits: &MeshLimits) -> Result<Vec<u8>, 
             .decode(data)
             .map_err(|e| Fault { at, problem: MeshFileProblem::Syntax { expected: "base64 data".into(), seen: e.to_string() } });
     }
-    let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy().into_owned();
-    let path = Path::new(&name);
-    // A file may name files below its own folder or beside it, nothing else.
-    let is_relative = path.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir | Component::ParentDir));
-    let Some(base) = base.filter(|_| is_relative && !name.contains(':')) else {
-        let allowed = "must be a data URI, or a path relative to a .gltf file on disk";
-        return Err(Fault::unsupported(at, format!("the URI {}", quote(uri.as_bytes())), allowed));
+    let refused = |why: &str| {
+        let allowed =
+            "must be a data URI, or a path relative to a .gltf file on disk, to a regular file in its folder or below, links included";
+        Fault::unsupported(at.clone(), format!("the URI {}, {why},", quote(uri.as_bytes())), allowed)
     };
-    let path = base.join(path);
-    read_bounded(&path, limits.max_file_bytes).map_err(|fault| match fault.problem {
-        MeshFileProblem::Io { message } => Fault { at, problem: MeshFileProblem::Io { message: format!("{}: {message}", path.display()) } },
-        problem => Fault { at, problem },
-    })
+    let name = decoded(uri).map_err(refused)?;
+    let Some(base) = base else { return Err(refused("which is not in this file")) };
+    let in_buffer = |fault: Fault| match fault.problem {
+        MeshFileProblem::Io { message } => {
+            Fault { at: at.clone(), problem: MeshFileProblem::Io { message: format!("{}: {message}", base.join(&name).display()) } }
+        }
+        problem => Fault { at: at.clone(), problem },
+    };
+    let path = Reach::Below.locate(base, &name).map_err(|astray| match astray {
+        Astray::Refused(why) => refused(why),
+        Astray::Io(error) => in_buffer(io_fault(error)),
+    })?;
+    read_bounded(&path, limits.max_file_bytes).map_err(in_buffer)
+}
+
+/// The path that a relative URI writes. Its parts are decoded one by one: a separator that is percent-encoded is part of a name, which no
+/// file of ours can have.
+fn decoded(uri: &str) -> Result<String, &'static str> {
+    let mut parts = Vec::new();
+    for part in uri.split('/') {
+        let part = percent_encoding::percent_decode_str(part).decode_utf8().map_err(|_| "which is not UTF-8")?;
+        if part.contains('/') {
+            return Err("which holds a percent-encoded separator");
+        }
+        parts.push(part);
+    }
+    Ok(parts.join("/"))
 }
