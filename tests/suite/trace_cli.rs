@@ -202,7 +202,7 @@ fn files_are_compared_as_what_their_signature_says() {
     for (name, layer) in [("a.png", &a), ("b.png", &b), ("b_png.exr", &b)] {
         fs::write(folder.join(name), png::encode(layer, &white).expect("the picture can be encoded")).unwrap();
     }
-    fs::write(folder.join("scene.exr"), SCENE).unwrap();
+    fs::write(folder.join("scene.exr"), SMALL_SCENE).unwrap();
     fs::write(folder.join("empty.png"), "").unwrap();
 
     let flip = |reference: &str, test: &str| {
