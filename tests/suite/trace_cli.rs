@@ -174,7 +174,7 @@ fn pictures_that_do_not_match_are_refused() {
 
 /// A picture far brighter than a display, of stripes this many pixels wide.
 fn stripes(name: &str, width: usize) -> Layer {
-    let pixels: Vec<[f32; 3]> = (0..24 * 24).map(|index| [if index % 24 / width % 2 == 0 { 10.0 } else { 90.0 }; 3]).collect();
+    let pixels: Vec<[f32; 3]> = (0..24 * 24).map(|index| [if (index % 24 / width).is_multiple_of(2) { 10.0 } else { 90.0 }; 3]).collect();
     Layer::from_pixels(name, 24, 24, &pixels).expect("the picture is valid")
 }
 
