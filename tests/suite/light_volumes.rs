@@ -128,7 +128,7 @@ fn culling_changes_no_picture() {
     for (name, mut scene) in views() {
         for paper in [false, true] {
             // Shadow culling is by leaves, and so depends on how the water is cut; it has a test of its own.
-            let (grid, shadows) = (Some((49, 41)), BeamShadows::Vertices);
+            let (grid, shadows) = (Some((33, 29)), BeamShadows::Vertices);
             let base = if paper { LightVolumes::PAPER } else { LightVolumes::default() };
             let settings = LightVolumes { grid, shadows, ..base };
             let of = |scene: &mut Scene, settings| {

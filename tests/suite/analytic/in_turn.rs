@@ -94,7 +94,7 @@ fn water_and_then_glass_pass_what_the_series_says() {
 /// `W = (1 − R) D` with the water's reflectance R.
 #[test]
 fn choices_at_glass_and_then_at_water_are_independent() {
-    for &angle_deg in &[0.0_f64, 45.0, 75.0] {
+    for angle_deg in [0.0_f64, 75.0] {
         let angle = angle_deg.to_radians();
         let stack = optics::SheetOverWater::new(angle, OVER, WATER);
         let at = |plane: MeasuringPlane, precision: f64, truth: f64| {
