@@ -10,11 +10,20 @@ use nephroid::trace::{Points, TraceOptions, Tracer};
 use crate::analytic::truths;
 use crate::support::{scene_of_size as scene, sized, with_coarse_parts};
 
-/// What a picture shows where: red caustic irradiance, and the points.
-fn render(scene: &Scene) -> (Vec<f64>, Points) {
+/// Draws what [`picture`] reads.
+fn renderer(scene: &Scene) -> Renderer {
     let layers = ["caustic_irradiance", "position", "normal", "depth"].map(str::to_owned).to_vec();
     let options = RenderOptions { technique: "light-volumes".into(), layers: Some(layers), ..RenderOptions::default() };
-    let rendered = Renderer::new(scene, &options).expect("device").render(scene, None).expect("frame").layers;
+    Renderer::new(scene, &options).expect("device")
+}
+
+fn render(scene: &Scene) -> (Vec<f64>, Points) {
+    picture(&mut renderer(scene), scene)
+}
+
+/// What a picture shows where: red caustic irradiance, and the points.
+fn picture(renderer: &mut Renderer, scene: &Scene) -> (Vec<f64>, Points) {
+    let rendered = renderer.render(scene, None).expect("frame").layers;
     let layer = |name: &str| rendered.get(name).expect("asked for");
     let at = |layer: &Layer, k: usize| Vec3::from_array([0, 1, 2].map(|c| layer.planes()[c].pixels()[k]));
     let (position, normal, depth) = (layer("position"), layer("normal"), layer("depth"));
@@ -163,16 +172,17 @@ fn errors_fall_with_the_mesh_on_every_scene_with_water() {
         scene.techniques.light_volumes.samples = 4;
         let mut errors = Vec::new();
         let mut truth = None;
+        let mut renderer = renderer(&scene);
         for mesh in [33, 65, 129] {
             scene.techniques.light_volumes.grid = Some((mesh, mesh));
-            let (drawn, points) = render(&scene);
+            let (drawn, points) = picture(&mut renderer, &scene);
             let truth = truth.get_or_insert_with(|| traced(&scene, points, sized(4_000_000, 2_000_000)));
             let (drawn, truth) = blocks(&drawn, truth, size);
             errors.push(relative_error(&drawn, &truth));
         }
         // The waves of another moment are no better for a fine mesh.
         scene.time_s += 0.7;
-        let (later, truth) = blocks(&render(&scene).0, truth.as_deref().unwrap_or_default(), size);
+        let (later, truth) = blocks(&picture(&mut renderer, &scene).0, truth.as_deref().unwrap_or_default(), size);
         let other = relative_error(&later, &truth);
         println!("{name}: relMSE {errors:?}, of another moment {other}");
         assert!(errors.windows(2).all(|pair| pair[1] < pair[0]) && other > 4.0 * errors[2], "{name}: {errors:?}, {other}");
