@@ -4,7 +4,9 @@ pub mod float;
 pub mod lanes;
 pub mod level;
 pub mod noise;
+#[cfg(feature = "glam")]
 pub mod optics;
 pub mod rng;
+#[cfg(feature = "glam")]
 pub mod space;
 pub mod vector;

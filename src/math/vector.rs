@@ -113,6 +113,7 @@ impl<L: Lanes> V2<L> {
 
 impl<L: Lanes> V3<L> {
     /// The same vector in every lane.
+    #[cfg(feature = "glam")]
     #[inline(always)]
     pub fn splat(token: L::Token, v: glam::Vec3) -> Self {
         v3(L::splat(token, v.x), L::splat(token, v.y), L::splat(token, v.z))
@@ -158,6 +159,7 @@ impl<L: Copy> V4<L> {
 }
 
 /// `matrix · (v, 1)`, columns summed left to right.
+#[cfg(feature = "glam")]
 #[inline(always)]
 pub fn transform_point<L: Lanes>(matrix: &glam::Mat4, v: V3<L>) -> V4<L> {
     let c = matrix.to_cols_array();
@@ -165,17 +167,20 @@ pub fn transform_point<L: Lanes>(matrix: &glam::Mat4, v: V3<L>) -> V4<L> {
 }
 
 /// The upper 3x3 of `matrix` applied to `v`: for directions.
+#[cfg(feature = "glam")]
 #[inline(always)]
 pub fn transform_vector<L: Lanes>(matrix: &glam::Mat4, v: V3<L>) -> V3<L> {
     let c = matrix.to_cols_array();
     v3(linear_row(&c, 0, v), linear_row(&c, 1, v), linear_row(&c, 2, v))
 }
 
+#[cfg(feature = "glam")]
 #[inline(always)]
 fn linear_row<L: Lanes>(c: &[f32; 16], row: usize, v: V3<L>) -> L {
     v.x * c[row] + v.y * c[4 + row] + v.z * c[8 + row]
 }
 
+#[cfg(feature = "glam")]
 #[inline(always)]
 fn affine_row<L: Lanes>(c: &[f32; 16], row: usize, v: V3<L>) -> L {
     linear_row(c, row, v) + c[12 + row]
