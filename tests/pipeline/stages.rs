@@ -385,6 +385,27 @@ fn statistics_count_indexed_vertices_once() {
     assert_eq!(output.statistics.primitives_zero_area, 3);
 }
 
+/// Vertices are shaded once in each chunk, so that their number tells where chunks are cut: by the draws alone, even where those are long.
+#[test]
+fn statistics_of_long_draws_do_not_depend_on_threads() {
+    let pipeline = pipeline(plain_program(Ones), |desc| desc.targets = vec![additive(TextureFormat::R32Float)]);
+    let vertices = Vertices::new(&random_triangles(&mut Rng(903), (64, 64), 100));
+    let entries = vertices.entries();
+    // 40 000 triangles: more than the least for a chunk, fewer than the most.
+    let indices: Vec<u32> = (0..120_000).map(|i| i * 7 % 300).collect();
+    let indices = Buffer::from_slice(&indices);
+    let index = Some(IndexBuffer { buffer: &indices, format: IndexFormat::Uint32, offset: 0 });
+    let seen = [1, 2, 7].map(|threads| {
+        let device = Device::new(DeviceOptions { threads: Some(threads), ..DeviceOptions::default() }).expect("threads start");
+        let mut canvas = Canvas::single((64, 64), TextureFormat::R32Float);
+        let draw = Draw { index, ..Draw::new(&pipeline, Bindings::new(&entries, 0), 0..120_000, (64, 64)) };
+        canvas.run_on(&device, vec![draw], None).statistics
+    });
+    assert!(seen[0].vertex_shader_invocations > 300, "one chunk holds the draw: {:?}", seen[0]);
+    assert_eq!(seen[1], seen[0]);
+    assert_eq!(seen[2], seen[0]);
+}
+
 /// Extra outputs of a program are dropped, and varyings of the geometry stage are its own.
 #[test]
 fn geometry_output_has_its_own_varyings() {

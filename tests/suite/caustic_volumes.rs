@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 use nephroid::caustics::{RenderOptions, Renderer};
-use nephroid::scene::{Aim, Light, Medium, Radiometry, Scene};
+use nephroid::scene::{Aim, Camera, Light, Medium, Radiometry, Scene};
 
 use crate::support;
 
@@ -159,4 +159,24 @@ fn matched_indices_give_no_pattern() {
     scene.water.as_mut().expect("water").ior = 1.0;
     let (_, values) = irradiance(&scene);
     assert!(worst(&values, 1.0) < T1_BOUND, "{:e}", worst(&values, 1.0));
+}
+
+/// Straight down on a level floor: every point lies equally deep, however far away it is; and what the `position` layer shows lies there.
+#[test]
+fn depth_is_along_the_view_axis_in_metres() {
+    let mut scene = scene("flat_water.ron");
+    (scene.image.width, scene.image.height) = (16, 16);
+    let (position, target, up) = (Vec3::new(0.0, 3.0, 0.0), Vec3::ZERO, Vec3::NEG_Z);
+    scene.camera = Camera::Perspective { position, target, up, fov_deg: 60.0, near_m: 0.1, far_m: 100.0 };
+    let layers = ["depth", "position"].map(str::to_owned).to_vec();
+    let options = RenderOptions { layers: Some(layers), ..RenderOptions::default() };
+    let rendered = Renderer::new(&scene, &options).expect("device").render(&scene, None).expect("frame").layers;
+    let planes = |name: &str| rendered.get(name).expect("asked for").planes().to_vec();
+    let (depth, place) = (planes("depth"), planes("position"));
+    let at = |k: usize| Vec3::from_array([0, 1, 2].map(|c: usize| place[c].pixels()[k]));
+    for (k, depth) in depth[0].pixels().iter().enumerate() {
+        assert!((depth - 4.0).abs() < 1.0e-4, "pixel {k}: {depth} m deep, not 4 m");
+    }
+    // The comparison can fail: in the corner the distance is another.
+    assert!(at(0).distance(position) > 4.2, "{}", at(0));
 }
