@@ -359,7 +359,11 @@ mod tests {
             for a in VALUES {
                 for b in VALUES {
                     let expected = [Lanes::min(a, b), Lanes::max(a, b)];
-                    let found = wide_dispatch!(level, simd => both(simd, a, b), both(crate::level::baseline(), a, b));
+                    let found = wide_dispatch!(
+                        level,
+                        simd => simd.vectorize(#[inline(always)] || both(simd, a, b)),
+                        both(crate::level::baseline(), a, b)
+                    );
                     for (found, expected) in found.iter().zip(expected) {
                         assert!(
                             found.iter().all(|v| v.to_bits() == expected.to_bits()),
