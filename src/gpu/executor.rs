@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::GpuError;
 use super::device::Gpu;
 use super::frame::{GpuFrame, Vertices};
-use nephroid_pipeline::frame::cpu::{check_memory, initial_textures};
 use nephroid_pipeline::frame::{Executor, Frame, FrameError, FrameObserver, FrameOutput, TextureId, View};
+use nephroid_pipeline::frame::{check_memory, initial_textures};
 use nephroid_pipeline::{Device, PassOutput, Texture};
 
 /// Runs whole frames on a driver. The textures are read back at the end; of what passes count, only queries are known.

@@ -8,7 +8,7 @@ use super::frame::GpuFrame;
 use super::twin::{PULLED_GROUP, STREAM_GROUP, STREAMED_VERTEX, TextureUse, streamed_vertex};
 use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::v4;
-use nephroid_pipeline::frame::cpu::stream_draw;
+use nephroid_pipeline::frame::stream_draw;
 use nephroid_pipeline::frame::{BindGroup, BindGroupId, Frame, FrameDraw, FramePass, PipelineId};
 use nephroid_pipeline::shader::{Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader, flatten_varyings};
 use nephroid_pipeline::{Bindings, Device, RenderPipelineDescriptor};

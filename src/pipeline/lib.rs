@@ -1,63 +1,51 @@
 //! The software GPU: from draws to attachments, every stage exact, the same bytes on any number of threads and at any SIMD level.
 //!
-//! Stages in order: index fetch and primitive assembly (`assemble`), vertex (`fetch`, `shader`, `batch`), geometry, stream-out (`chunk`), clip
-//! (`clip`), viewport and snap (`viewport`, `vertices`), cull and setup (`emit`, `outline`, `small`, `setup`), bin (`bins`); then per tile: raster (`raster`), depth
-//! and stencil (`coarse_depth`, `coarse_stencil`, `block_depth`, `depth_stencil`), fragment (`shader`, `batch`), blend (`blend`). `pass`, `chunk` and `tile` are the only
-//! files that know the order; `plan` cuts draws into chunks,
-//! and `repeat` finds draws that need the first half of it once.
+//! Rooms, in the order in which a pass goes through them; a room uses only those above it in this table:
+//!
+//! | Room | What is in it |
+//! |---|---|
+//! | `api` | what a user states: formats, textures, shaders, pipelines, draws, passes |
+//! | `primitive` | what goes from one phase to the next: vertices in window coordinates, planes, set-up primitives |
+//! | `vendor` | arithmetic of known drivers, out of the way of the reference |
+//! | `geometry` | fetch, assembly, vertex, geometry, stream-out, clip, viewport, cull, setup, bin |
+//! | `tile` | raster, depth and stencil, fragment, blend |
+//! | `run` | devices, and the order of everything in a pass |
+//! | [`frame`] | resources and passes as data, and the executor that runs them |
 //!
 //! What is not here: multisampling, line and point polygon modes, conservative rasterization, storage writes from shaders.
 
-mod assemble;
-mod batch;
-mod bindings;
-mod bins;
-mod blend;
-mod block_depth;
-mod chunk;
-mod clip;
-mod coarse_depth;
-mod coarse_stencil;
-mod depth_bias;
-mod depth_stencil;
-mod emit;
-mod fast_path;
-mod fetch;
-mod format;
+mod api;
 pub mod frame;
-mod observer;
-mod outline;
-mod pass;
-mod pass_check;
-mod plan;
-mod raster;
-mod render_pipeline;
-mod repeat;
-pub mod sampler;
-mod setup;
-pub mod shader;
-mod small;
-mod spare;
-pub mod state;
-mod statistics;
-mod texture;
+mod geometry;
+mod primitive;
+mod run;
 mod tile;
-mod vertices;
-mod viewport;
+mod vendor;
 
-pub use assemble::IndexBuffer;
-pub use bindings::{Binding, BindingKind, Bindings, Buffer};
-pub use depth_stencil::{compare, stencil_operation};
-pub use fetch::VertexBuffer;
-pub use format::{
+pub use api::bindings::{Binding, BindingKind, Bindings};
+pub use api::buffer::Buffer;
+pub use api::compare::compare;
+pub use api::draw::{Draw, IndexBuffer, VertexBuffer};
+pub use api::format::{
     ChannelKind, FormatInfo, Quantizer, SUPPORTED_FORMATS, decode_texel, depth_value, encode_texel, f16_to_f32, f32_to_f16, format_info,
     linear_to_srgb8, quantize_depth, srgb8_to_linear,
 };
-pub use observer::{FragmentEvent, FragmentOutcome, Observer, PrimitiveEvent, PrimitiveOutcome};
-pub use pass::{
-    ColorAttachment, DepthStencilAttachment, Device, DeviceError, DeviceOptions, Draw, LoadOp, Pass, PassError, PassOutput,
-    StreamOutTarget, run_pass,
-};
-pub use render_pipeline::{MAX_POINT_SIZE, PipelineError, PrimitiveClass, RenderPipeline, RenderPipelineDescriptor};
-pub use statistics::{PipelineStatistics, StreamOutStatistics};
-pub use texture::{MAX_SIZE, Surface, TILE, TILE_PIXELS, Texture, TextureDescriptor, TextureError, TextureShape, offset_in_tile};
+pub use api::observer::{FragmentEvent, FragmentOutcome, Observer, PrimitiveEvent, PrimitiveOutcome};
+pub use api::pass::{ColorAttachment, DepthStencilAttachment, Pass, PassOutput, StreamOutTarget};
+pub use api::pass_check::PassError;
+pub use api::render_pipeline::{MAX_POINT_SIZE, PipelineError, RenderPipeline, RenderPipelineDescriptor};
+pub use api::resolved::PrimitiveClass;
+pub use api::state::LoadOp;
+pub use api::statistics::{PipelineStatistics, StreamOutStatistics};
+pub use api::surface::{Surface, TILE, TILE_PIXELS, offset_in_tile};
+pub use api::texture::{MAX_SIZE, Texture, TextureDescriptor, TextureError, TextureShape};
+pub use api::{sampler, shader};
+pub use run::device::{Device, DeviceError, DeviceOptions};
+pub use run::pass::run_pass;
+pub use tile::depth_stencil::stencil_operation;
+
+/// Pipeline state: the types of `wgpu-types` as they are, the few things that WebGPU lacks, and what rasterizers are free to choose.
+pub mod state {
+    pub use crate::api::rules::*;
+    pub use crate::api::state::*;
+}

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use nephroid::caustics::{RenderOptions, Renderer};
-use nephroid::frame::cpu::stream_draw;
+use nephroid::frame::stream_draw;
 use nephroid::frame::{BindEntry, ColorTarget, DepthTarget, Executor as _, Frame, FrameDraw, FrameError, FramePass};
 use nephroid::geom::shapes::{Cylinder, UvSphere};
 use nephroid::gpu::conformance::program::{Vertex, program};

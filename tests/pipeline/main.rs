@@ -21,6 +21,7 @@ mod presets;
 mod reference;
 mod repetition;
 mod robust;
+mod rooms;
 mod sprites;
 mod stages;
 mod textures;

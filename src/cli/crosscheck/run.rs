@@ -11,7 +11,7 @@ use super::{HiArgs, Modes};
 use crate::caustics::{RenderOptions, Renderer, TECHNIQUES};
 use crate::cli::{Outcome, interrupt, list, output, renderer};
 use crate::frame::Frame;
-use crate::frame::cpu::check_memory;
+use crate::frame::check_memory;
 use crate::gpu::crosscheck::{AttachmentReport, Located, Mode, Report, VertexReport, crosscheck, locate, plain_tone, side_by_side};
 use crate::gpu::{Gpu, GpuError, conformance, find_adapter};
 use crate::image::{file, png};

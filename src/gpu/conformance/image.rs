@@ -3,8 +3,8 @@
 use super::drawing::Drawing;
 use crate::crosscheck::relative;
 use crate::{Gpu, GpuError, GpuFrame, Vertices};
-use nephroid_pipeline::frame::cpu::{initial_textures, pipelines, run_frame_pass};
 use nephroid_pipeline::frame::{Frame, FrameError, View};
+use nephroid_pipeline::frame::{initial_textures, pipelines, run_frame_pass};
 use nephroid_pipeline::state::RasterRules;
 use nephroid_pipeline::{ChannelKind, Device, Surface, Texture};
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{AttachmentReport, Mode, Pair, Pixel, compare, relative};
 use crate::{Gpu, GpuError};
 use nephroid_pipeline::Device;
-use nephroid_pipeline::frame::cpu::stream_draw;
+use nephroid_pipeline::frame::stream_draw;
 use nephroid_pipeline::frame::{Frame, FrameDraw};
 use nephroid_pipeline::shader::flatten_varyings;
 use nephroid_pipeline::state::PrimitiveTopology;

@@ -20,8 +20,8 @@ pub use picture::{plain_tone, side_by_side};
 pub use vertices::VertexReport;
 
 use super::{Gpu, GpuError, GpuFrame, Vertices};
-use nephroid_pipeline::frame::cpu::{initial_textures, pipelines, run_frame_pass, stream_draw};
 use nephroid_pipeline::frame::{Frame, FrameError, TextureId, View};
+use nephroid_pipeline::frame::{initial_textures, pipelines, run_frame_pass, stream_draw};
 use nephroid_pipeline::shader::flatten_varyings;
 use nephroid_pipeline::state::TextureFormat;
 use nephroid_pipeline::{Device, Texture};

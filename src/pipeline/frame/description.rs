@@ -4,9 +4,13 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::sampler::Sampler;
-use crate::state::{Color, IndexFormat, PixelRect, RasterRules, Viewport};
-use crate::{Buffer, LoadOp, PassOutput, RenderPipelineDescriptor, TextureDescriptor};
+use crate::api::buffer::Buffer;
+use crate::api::pass::PassOutput;
+use crate::api::render_pipeline::RenderPipelineDescriptor;
+use crate::api::rules::RasterRules;
+use crate::api::sampler::Sampler;
+use crate::api::state::{Color, IndexFormat, LoadOp, PixelRect, Viewport};
+use crate::api::texture::TextureDescriptor;
 
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {

@@ -1,6 +1,6 @@
 //! What a frame will take before it runs.
 
-use super::description::Frame;
+use crate::frame::description::Frame;
 
 /// Bytes that running a frame takes at its peak.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

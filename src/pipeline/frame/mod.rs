@@ -1,16 +1,24 @@
 //! A frame is data: named resources and an ordered list of passes. Techniques build frames; executors run them.
 //!
 //! [`Frame`] describes textures, buffers, pipelines, bind groups and passes; nothing in it says where it runs. An [`Executor`] runs it;
-//! [`CpuExecutor`] does so on `pipeline`. Everything done to a frame (rendering, capture, cross-checking, benchmarking) is done to this description,
-//! so every technique gets it for nothing.
+//! [`CpuExecutor`] does so on the software GPU. Everything done to a frame (rendering, capture, cross-checking, benchmarking) is done to this
+//! description, so every technique gets it for nothing.
 
-pub mod cpu;
-mod description;
+pub(crate) mod check;
+pub(crate) mod contents;
+mod cpu;
+pub(crate) mod description;
+pub(crate) mod executor;
 mod memory;
+pub(crate) mod resolve;
 
-pub use cpu::{CpuExecutor, Executor, FrameError, FrameObserver, FrameOutput, initial_textures, pipelines, run_frame_pass};
+pub use check::{check_memory, check_references};
+pub use contents::{cleared_first, initial_textures};
+pub use cpu::CpuExecutor;
 pub use description::{
     BindEntry, BindGroup, BindGroupId, BufferId, ColorTarget, DepthTarget, Frame, FrameBuffer, FrameDraw, FrameIndex, FramePass,
     FrameTexture, Initial, PipelineId, TextureId, View,
 };
+pub use executor::{Executor, FrameError, FrameObserver, FrameOutput};
 pub use memory::MemoryEstimate;
+pub use resolve::{pipelines, run_frame_pass, stream_draw, target_size};

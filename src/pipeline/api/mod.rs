@@ -1,0 +1,29 @@
+//! What a user states: state, formats, textures, shaders, pipelines, draws and passes. Plain data, checked before anything is drawn.
+//!
+//! | Question | File |
+//! |---|---|
+//! | Which state is there, and what may a rasterizer choose? | `state.rs`, `rules.rs` |
+//! | What can a texel hold, and how is it kept? | `format.rs`, `surface.rs`, `texture.rs` |
+//! | How does a shader read? | `buffer.rs`, `bindings.rs`, `sampler.rs` |
+//! | What is a shader? | [`shader`] |
+//! | What does a pipeline check and work out? | `render_pipeline.rs`, `resolved.rs` |
+//! | What is drawn, and is it valid? | `draw.rs`, `pass.rs`, `pass_check.rs` |
+//! | What is counted and observed? | `statistics.rs`, `observer.rs` |
+
+pub(crate) mod bindings;
+pub(crate) mod buffer;
+pub(crate) mod compare;
+pub(crate) mod draw;
+pub(crate) mod format;
+pub(crate) mod observer;
+pub(crate) mod pass;
+pub(crate) mod pass_check;
+pub(crate) mod render_pipeline;
+pub(crate) mod resolved;
+pub(crate) mod rules;
+pub mod sampler;
+pub mod shader;
+pub(crate) mod state;
+pub(crate) mod statistics;
+pub(crate) mod surface;
+pub(crate) mod texture;

@@ -1,0 +1,161 @@
+//! Pipeline state as drawing needs it, worked out once per pipeline: depth and stencil, fragments, colour targets, shortcuts.
+
+use crate::api::format::{ChannelKind, Quantizer};
+use crate::api::state::{BlendFactor, BlendState, ColorWrites, CompareFunction, StencilFaceState, StencilOperation};
+
+/// Points, lines or triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PrimitiveClass {
+    /// Point sprites.
+    Points,
+    /// Lines with width.
+    Lines,
+    /// Triangles.
+    Triangles,
+}
+
+impl PrimitiveClass {
+    /// Vertices of a primitive.
+    #[must_use]
+    pub fn corners(self) -> usize {
+        match self {
+            Self::Points => 1,
+            Self::Lines => 2,
+            Self::Triangles => 3,
+        }
+    }
+}
+
+/// Depth and stencil state, resolved.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DepthPlan {
+    pub compare: CompareFunction,
+    pub write: bool,
+    /// What the depth plane holds, if there is one.
+    pub kind: Option<ChannelKind>,
+    pub stencil_front: StencilFaceState,
+    pub stencil_back: StencilFaceState,
+    pub read_mask: u8,
+    pub write_mask: u8,
+    /// Whether the stencil plane is read or written.
+    pub stencil: bool,
+}
+
+impl DepthPlan {
+    /// Whether depth is read or written.
+    pub fn tests_depth(&self) -> bool {
+        self.kind.is_some() && (self.write || self.compare != CompareFunction::Always)
+    }
+    /// Depth is tested as 32-bit float, and the stencil does not change where the test fails, or its own test before it.
+    pub(crate) fn fails_without_trace(&self) -> bool {
+        let quiet = |face: &StencilFaceState| {
+            (face.compare == CompareFunction::Always || face.fail_op == StencilOperation::Keep)
+                && face.depth_fail_op == StencilOperation::Keep
+        };
+        let orders = matches!(
+            self.compare,
+            CompareFunction::Less | CompareFunction::LessEqual | CompareFunction::Greater | CompareFunction::GreaterEqual
+        );
+        let stencil = !self.stencil || (quiet(&self.stencil_front) && quiet(&self.stencil_back));
+        orders && self.kind == Some(ChannelKind::Float32) && stencil
+    }
+    /// The stencil is tested, and does not change where that test fails.
+    pub fn stencil_rejects(&self) -> bool {
+        let rejects = |face: &StencilFaceState| face.compare != CompareFunction::Always && face.fail_op == StencilOperation::Keep;
+        self.stencil && rejects(&self.stencil_front) && rejects(&self.stencil_back)
+    }
+    pub(crate) fn stencil_writes(&self) -> bool {
+        let writes = |face: &StencilFaceState| {
+            [face.fail_op, face.depth_fail_op, face.pass_op].iter().any(|op| *op != StencilOperation::Keep) && self.write_mask != 0
+        };
+        self.stencil && (writes(&self.stencil_front) || writes(&self.stencil_back))
+    }
+}
+
+/// How fragments are shaded.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FragmentPlan {
+    /// Colour outputs that the stage computes (dual-source blending needs a second one).
+    pub outputs: usize,
+    /// Depth and stencil are tested after the shader.
+    pub late_tests: bool,
+    /// One colour per primitive.
+    pub per_primitive: bool,
+    /// The fragment stage must run at all.
+    pub shades: bool,
+    /// Per-primitive interpolation data must be kept.
+    pub attributes: bool,
+    /// Primitives that share a block are shaded together.
+    pub joins: bool,
+}
+
+/// Everything about a colour target that a draw's blending needs, worked out once per pipeline.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TargetPlan {
+    pub channels: usize,
+    pub blend: Option<BlendState>,
+    pub write_mask: ColorWrites,
+    pub(crate) quantizer: Quantizer,
+    /// Unorm targets clamp source and constant to 0..=1 before blending [D3D11.3 §17.5].
+    pub(crate) clamp: bool,
+    /// Plain additive f32: the sum of what was there and what the shader gave, in every channel.
+    pub additive_f32: bool,
+    /// What the shader gave, as it is, in every channel.
+    pub(crate) plain_f32: bool,
+}
+
+/// How a fast path treats depth: `0` ignores it, `1` tests for what is in front, `2` tests and writes, `3` tests for what is behind.
+pub(crate) const IGNORE: u8 = 0;
+
+pub(crate) const TEST: u8 = 1;
+
+pub(crate) const WRITE: u8 = 2;
+
+pub(crate) const BEHIND: u8 = 3;
+
+/// Which shortcut a pipeline's draws take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum FastPath {
+    /// None.
+    General,
+    /// Adds a colour to one f32 target and writes no depth; `one_color`: the same for all primitives of a draw that face the same way.
+    Add { channels: u8, depth: u8, strict: bool, one_color: bool },
+    /// Changes the stencil only; depth is not written.
+    Stencil { depth: u8, strict: bool },
+    /// Tests and writes depth only.
+    Depth { strict: bool },
+}
+
+impl FastPath {
+    /// The shortcut that does what a pipeline asks for.
+    pub fn of(plan: &DepthPlan, fragment: &FragmentPlan, targets: &[Option<TargetPlan>], has_varyings: bool) -> Self {
+        let (depth, strict) = match (plan.compare, plan.write, plan.kind) {
+            (CompareFunction::Always, false, _) => (IGNORE, false),
+            (CompareFunction::Less, write, Some(ChannelKind::Float32)) => (TEST + u8::from(write), true),
+            (CompareFunction::LessEqual, write, Some(ChannelKind::Float32)) => (TEST + u8::from(write), false),
+            (CompareFunction::Greater, false, Some(ChannelKind::Float32)) => (BEHIND, true),
+            (CompareFunction::GreaterEqual, false, Some(ChannelKind::Float32)) => (BEHIND, false),
+            _ => return Self::General,
+        };
+        if !fragment.shades {
+            let always = plan.stencil_front.compare == CompareFunction::Always && plan.stencil_back.compare == CompareFunction::Always;
+            return match depth {
+                IGNORE | TEST | BEHIND if plan.stencil && always => Self::Stencil { depth, strict },
+                WRITE if !plan.stencil => Self::Depth { strict },
+                _ => Self::General,
+            };
+        }
+        match targets {
+            [Some(target)] if !plan.stencil && matches!(depth, IGNORE | TEST) && fragment.per_primitive && target.additive_f32 => {
+                let one_color = !has_varyings && !fragment.attributes;
+                Self::Add { channels: target.channels as u8, depth, strict, one_color }
+            }
+            _ => Self::General,
+        }
+    }
+}
+
+/// True if the factor reads the second source of dual-source blending.
+pub(crate) fn reads_second_source(factor: BlendFactor) -> bool {
+    matches!(factor, BlendFactor::Src1 | BlendFactor::OneMinusSrc1 | BlendFactor::Src1Alpha | BlendFactor::OneMinusSrc1Alpha)
+}

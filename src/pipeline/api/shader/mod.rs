@@ -1,0 +1,20 @@
+//! The programmable stages: what a shader is given and what it returns, and how sixteen lanes of it are run.
+//!
+//! Write a stage once, generic over [`Lanes`](nephroid_math::lanes::Lanes), as [`VertexShader`] or [`FragmentShader`]; it becomes a
+//! [`VertexStage`] or [`FragmentStage`], which the pipeline calls once per batch through a trait object. Inside a batch everything is
+//! monomorphic. A geometry shader sees one primitive at a time and is scalar.
+
+pub(crate) mod clip_vertices;
+pub(crate) mod fragment;
+pub(crate) mod geometry;
+pub(crate) mod program;
+pub(crate) mod stages;
+pub(crate) mod varying;
+pub(crate) mod vertex;
+
+pub use fragment::{FragmentInput, FragmentOutput, FragmentShader, PrimitiveAttributes, ShadeSource};
+pub use geometry::{Geometry, GeometryInput, GeometryOutput, GeometryShader, StageVertex};
+pub use program::Program;
+pub use stages::{Execution, FragmentStage, ShadeBatch, ShadeItem, ShaderWidth, VertexBatch, VertexStage};
+pub use varying::{Interpolation, Varying, flatten_varyings};
+pub use vertex::{VertexInput, VertexOutput, VertexShader};

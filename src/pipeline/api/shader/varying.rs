@@ -1,0 +1,29 @@
+//! Varyings: the numbers that go from one programmable stage to the next.
+
+/// How a varying goes from vertices to fragments. WGSL: `@interpolate`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Linear in the world: `Σ bᵢfᵢ/wᵢ / Σ bᵢ/wᵢ`.
+    Perspective,
+    /// Linear on the screen: `Σ bᵢfᵢ`.
+    Linear,
+    /// The first vertex's.
+    Flat,
+}
+
+/// One varying of a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Varying {
+    /// Name, for captures and the WGSL twin.
+    pub name: &'static str,
+    /// Scalars, 1 to 4.
+    pub components: usize,
+    /// How it is interpolated.
+    pub interpolation: Interpolation,
+}
+
+/// The scalars of some varyings, each with its interpolation.
+#[must_use]
+pub fn flatten_varyings(varyings: &[Varying]) -> Vec<Interpolation> {
+    varyings.iter().flat_map(|v| std::iter::repeat_n(v.interpolation, v.components)).collect()
+}

@@ -1,0 +1,99 @@
+//! Pipeline state: the types of `wgpu-types` as they are, and the few things that WebGPU lacks.
+
+pub use wgpu_types::{
+    BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState,
+    DepthStencilState, Face, FrontFace, IndexFormat, LoadOp, PolygonMode, PrimitiveState, PrimitiveTopology, StencilFaceState,
+    StencilOperation, StencilState, TextureFormat, VertexAttribute, VertexFormat, VertexStepMode,
+};
+
+/// One times the source plus one times what is there.
+pub const ADD: BlendComponent =
+    BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
+
+/// [`ADD`] for colour and alpha: every fragment adds to its pixel.
+pub const ADDITIVE: BlendState = BlendState { color: ADD, alpha: ADD };
+
+/// Most colour targets of a pass. WebGPU's `maxColorAttachments` default.
+pub const MAX_COLOR_TARGETS: usize = 8;
+
+/// Most scalars a vertex hands to the next stage, beside position and point size (16 vectors of four).
+pub const MAX_VARYINGS: usize = 64;
+
+/// Which part of framebuffer and depth range a draw maps to. `x`, `y` and the size are in pixels, y down.
+///
+/// WebGPU: [`setViewport`](https://www.w3.org/TR/webgpu/#dom-gpurenderpassencoder-setviewport).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewport {
+    /// Left edge in pixels. Default: 0.
+    pub x: f32,
+    /// Top edge in pixels. Default: 0.
+    pub y: f32,
+    /// Width in pixels. Default: the target's.
+    pub width: f32,
+    /// Height in pixels. Default: the target's.
+    pub height: f32,
+    /// Depth that clip `z = 0` maps to, in 0..=1. Default: 0.
+    pub min_depth: f32,
+    /// Depth that clip `z = w` maps to, in 0..=1. Default: 1.
+    pub max_depth: f32,
+}
+
+impl Viewport {
+    /// The whole of a target of this size, full depth range.
+    #[must_use]
+    pub fn full(width: u32, height: u32) -> Self {
+        Self { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 }
+    }
+}
+
+/// A half-open rectangle of pixels, y down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PixelRect {
+    /// First column.
+    pub x0: u32,
+    /// First row.
+    pub y0: u32,
+    /// One past the last column.
+    pub x1: u32,
+    /// One past the last row.
+    pub y1: u32,
+}
+
+impl PixelRect {
+    /// The whole of a target of this size.
+    #[must_use]
+    pub fn full(width: u32, height: u32) -> Self {
+        Self { x0: 0, y0: 0, x1: width, y1: height }
+    }
+    /// The pixels that are in both.
+    #[must_use]
+    pub fn intersect(self, other: Self) -> Self {
+        let x0 = self.x0.max(other.x0);
+        let y0 = self.y0.max(other.y0);
+        Self { x0, y0, x1: self.x1.min(other.x1).max(x0), y1: self.y1.min(other.y1).max(y0) }
+    }
+}
+
+/// How a draw reads one vertex buffer.
+///
+/// WebGPU: [`GPUVertexBufferLayout`](https://www.w3.org/TR/webgpu/#dictdef-gpuvertexbufferlayout).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VertexBufferLayout {
+    /// Bytes from one element to the next.
+    pub array_stride: u64,
+    /// Advance per vertex or per instance. Default: per vertex.
+    pub step_mode: VertexStepMode,
+    /// What is read from each element; `shader_location` is the attribute's place in `VertexInput::attributes`.
+    pub attributes: Vec<VertexAttribute>,
+}
+
+/// What the geometry stage hands on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GeometryTopology {
+    /// Every vertex is a point.
+    Points,
+    /// A connected line until the primitive is ended.
+    LineStrip,
+    /// A triangle strip until the primitive is ended; winding alternates as in WebGPU's strips.
+    TriangleStrip,
+}

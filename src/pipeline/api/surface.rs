@@ -1,0 +1,140 @@
+//! Surfaces: pixels are kept as 64x64 tiles of planar f32, in the order in which the rasterizer walks them.
+//!
+//! A *surface* is one layer of one mip level. Its tiles follow each other row by row; a tile holds, per channel, 4096
+//! numbers: sixteen 16x16 regions row by row, each of sixteen 4x4 blocks row by row, each of 16 pixels row by row. So
+//! a block is one 64-byte line, a region one kilobyte and a tile's channel 16 KiB, and the worker that owns a tile works in place on a contiguous
+//! slice: there is no load or store conversion, and flushing a pass in waves costs nothing. The road not taken, keeping each
+//! format's own bytes in rows, needs a conversion on each tile load and store and a gather for each block read by a shader.
+//! The price is memory: an 8-bit channel takes four bytes, and sizes round up to whole tiles.
+
+use nephroid_math::lanes::Lanes;
+
+use crate::api::format::FormatInfo;
+
+/// Pixels along a tile's edge.
+pub const TILE: usize = 64;
+
+/// Pixels in a tile.
+pub const TILE_PIXELS: usize = TILE * TILE;
+
+/// Place of a pixel inside its tile's plane; `x` and `y` are taken modulo 64.
+#[inline(always)]
+#[must_use]
+pub fn offset_in_tile(x: usize, y: usize) -> usize {
+    let region = ((y >> 4) & 3) * 4 + ((x >> 4) & 3);
+    let block = ((y >> 2) & 3) * 4 + ((x >> 2) & 3);
+    region * 256 + block * 16 + (y & 3) * 4 + (x & 3)
+}
+
+/// One layer of one mip level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// Texels across.
+    pub width: u32,
+    /// Texels down.
+    pub height: u32,
+    /// Tiles across.
+    pub tiles_x: usize,
+    /// Colour or depth planes.
+    pub channels: usize,
+    /// `[tile][channel][4096]`.
+    pub planes: Vec<f32>,
+    /// `[tile][4096]`, empty without stencil.
+    pub stencil: Vec<u8>,
+}
+
+impl Surface {
+    pub(crate) fn new(width: u32, height: u32, info: FormatInfo) -> Self {
+        let tiles_x = width.div_ceil(64) as usize;
+        let tiles = tiles_x * height.div_ceil(64) as usize;
+        Self {
+            width,
+            height,
+            tiles_x,
+            channels: info.channels,
+            planes: vec![0.0; tiles * info.channels * TILE_PIXELS],
+            stencil: vec![0; if info.stencil { tiles * TILE_PIXELS } else { 0 }],
+        }
+    }
+
+    /// Tiles in all.
+    #[must_use]
+    pub fn tile_count(&self) -> usize {
+        self.tiles_x * self.height.div_ceil(64) as usize
+    }
+
+    /// Place of a texel's channel 0 in `planes`; channel `c` is `c·4096` further on.
+    #[inline(always)]
+    #[must_use]
+    pub fn plane_index(&self, x: usize, y: usize) -> usize {
+        self.row_index(y) + self.column_index(x)
+    }
+
+    /// The part of [`Self::plane_index`] that the row gives.
+    #[inline(always)]
+    fn row_index(&self, y: usize) -> usize {
+        (y >> 6) * (self.tiles_x * self.channels * TILE_PIXELS) + offset_in_tile(0, y)
+    }
+
+    /// The part of [`Self::plane_index`] that the column gives.
+    #[inline(always)]
+    fn column_index(&self, x: usize) -> usize {
+        (x >> 6) * (self.channels * TILE_PIXELS) + offset_in_tile(x, 0)
+    }
+
+    /// What the rows of lanes give to [`Self::plane_index`].
+    #[inline(always)]
+    pub(crate) fn row_indices<L: Lanes>(&self, y: L) -> [u32; 16] {
+        let mut rows = y.to_indices();
+        for row in &mut rows {
+            *row = self.row_index(*row as usize) as u32;
+        }
+        rows
+    }
+
+    /// What the columns of lanes give to [`Self::plane_index`].
+    #[inline(always)]
+    pub(crate) fn column_indices<L: Lanes>(&self, x: L) -> [u32; 16] {
+        let mut columns = x.to_indices();
+        for column in &mut columns {
+            *column = self.column_index(*column as usize) as u32;
+        }
+        columns
+    }
+
+    /// One number of a texel inside the surface.
+    #[inline(always)]
+    #[must_use]
+    pub fn get(&self, x: u32, y: u32, channel: usize) -> f32 {
+        self.planes[self.plane_index(x as usize, y as usize) + channel * TILE_PIXELS]
+    }
+
+    /// Writes one number of a texel inside the surface, unrounded.
+    pub fn set(&mut self, x: u32, y: u32, channel: usize, value: f32) {
+        let index = self.plane_index(x as usize, y as usize) + channel * TILE_PIXELS;
+        self.planes[index] = value;
+    }
+
+    /// Stencil value of a texel inside the surface; 0 where there is no stencil plane.
+    #[must_use]
+    pub fn stencil_at(&self, x: u32, y: u32) -> u8 {
+        let (x, y) = (x as usize, y as usize);
+        self.stencil.get(((y >> 6) * self.tiles_x + (x >> 6)) * TILE_PIXELS + offset_in_tile(x, y)).copied().unwrap_or(0)
+    }
+
+    /// Writes the stencil value of a texel inside the surface; nothing where there is no stencil plane.
+    pub fn set_stencil(&mut self, x: u32, y: u32, value: u8) {
+        let (x, y) = (x as usize, y as usize);
+        if let Some(slot) = self.stencil.get_mut(((y >> 6) * self.tiles_x + (x >> 6)) * TILE_PIXELS + offset_in_tile(x, y)) {
+            *slot = value;
+        }
+    }
+
+    /// The 16 numbers of one channel of the 4x4 block that holds texel (x, y).
+    #[inline(always)]
+    #[must_use]
+    pub fn block(&self, x: usize, y: usize, channel: usize) -> &[f32] {
+        let start = (self.plane_index(x, y) & !15) + channel * TILE_PIXELS;
+        &self.planes[start..start + 16]
+    }
+}

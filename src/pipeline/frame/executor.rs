@@ -1,0 +1,87 @@
+//! Executors: what runs frames, what watches them, and what they leave behind.
+
+use crate::api::observer::Observer;
+use crate::api::pass::PassOutput;
+use crate::api::pass_check::PassError;
+use crate::api::render_pipeline::PipelineError;
+use crate::api::texture::{Texture, TextureError};
+use crate::frame::description::{Frame, FramePass, TextureId};
+use crate::run::device::Device;
+
+/// Why a frame cannot run. Nothing has been drawn when one of these is returned by validation.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FrameError {
+    /// A texture is not possible.
+    #[error(transparent)]
+    Texture(#[from] TextureError),
+    /// A pipeline is not possible.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// A pass is not possible.
+    #[error(transparent)]
+    Pass(#[from] PassError),
+    /// Another executor cannot run it.
+    #[error("{0}")]
+    Backend(String),
+    /// Something refers to what is not there.
+    #[error("pass `{pass}`: {what}")]
+    Reference {
+        /// The pass's label.
+        pass: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// The frame needs more memory than it may use.
+    #[error(
+        "the frame needs {needed_mib} MiB and may use {limit_mib} MiB; the largest part is `{largest}` with {largest_mib} MiB: \
+         lower the image size, the water grid or the shadow map size, or raise the limit"
+    )]
+    Memory {
+        /// Needed, rounded up.
+        needed_mib: u64,
+        /// Allowed.
+        limit_mib: u64,
+        /// Name of the largest resource.
+        largest: String,
+        /// Its size, rounded up.
+        largest_mib: u64,
+    },
+}
+
+/// Sees every pass of a frame, and through [`Observer`] every stage of it.
+pub trait FrameObserver: Send {
+    /// A pass is about to run. Return an observer to see inside of it.
+    fn pass_begin(&mut self, index: usize, pass: &FramePass) -> Option<&mut dyn Observer>;
+    /// A pass has run; `textures` are as it left them.
+    fn pass_end(&mut self, _index: usize, _pass: &FramePass, _textures: &[Texture], _output: &PassOutput) {}
+}
+
+/// What a frame left behind.
+#[derive(Debug)]
+pub struct FrameOutput<'a> {
+    /// The device of the executor, for work on the textures.
+    pub device: &'a Device,
+    /// By texture number.
+    pub textures: &'a [Texture],
+    /// By pass number.
+    pub passes: Vec<PassOutput>,
+}
+
+impl FrameOutput<'_> {
+    /// A texture.
+    #[must_use]
+    pub fn texture(&self, id: TextureId) -> &Texture {
+        &self.textures[id.index()]
+    }
+}
+
+/// Something that runs frames.
+pub trait Executor: Send {
+    /// Runs a frame from its initial contents to its last pass.
+    ///
+    /// # Errors
+    /// If the frame is not valid, too large, or asks for what the executor does not have; nothing has been drawn then.
+    fn run(&mut self, frame: &Frame, observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError>;
+    /// The software GPU: all of a CPU executor, elsewhere what runs the stages that the driver lacks.
+    fn device(&self) -> &Device;
+}

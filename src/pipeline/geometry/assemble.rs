@@ -1,0 +1,91 @@
+//! Index fetch and primitive assembly: which vertices make up primitive `i` of a draw.
+
+use crate::api::draw::IndexBuffer;
+use crate::api::state::PrimitiveTopology;
+
+/// Vertices of a primitive of this topology.
+pub(crate) fn vertices_per_primitive(topology: PrimitiveTopology) -> usize {
+    match topology {
+        PrimitiveTopology::PointList => 1,
+        PrimitiveTopology::LineList | PrimitiveTopology::LineStrip => 2,
+        PrimitiveTopology::TriangleList | PrimitiveTopology::TriangleStrip => 3,
+    }
+}
+
+/// Primitives that `elements` vertices or indices make when nothing restarts.
+fn primitive_count(topology: PrimitiveTopology, elements: u32) -> u32 {
+    match topology {
+        PrimitiveTopology::PointList => elements,
+        PrimitiveTopology::LineList => elements / 2,
+        PrimitiveTopology::LineStrip => elements.saturating_sub(1),
+        PrimitiveTopology::TriangleList => elements / 3,
+        PrimitiveTopology::TriangleStrip => elements.saturating_sub(2),
+    }
+}
+
+/// Where the primitives of a draw begin.
+#[derive(Clone, Debug)]
+pub(crate) enum Assembly {
+    /// Primitive `i` follows from `i`.
+    Regular { topology: PrimitiveTopology, count: u32 },
+    /// A strip that restarts: first element and parity of each primitive.
+    Restarted { topology: PrimitiveTopology, starts: Vec<(u32, bool)> },
+}
+
+impl Assembly {
+    /// Looks through the indices of a strip for restarts [WebGPU: primitive restart is always on for indexed strips].
+    pub fn new(topology: PrimitiveTopology, index: Option<&IndexBuffer<'_>>, first: u32, elements: u32) -> Self {
+        let count = primitive_count(topology, elements);
+        if let Some(index) = index
+            && topology.is_strip()
+        {
+            let restart = index.restart();
+            let is_restart = |i: u32| index.get((first + i) as usize) == restart;
+            if (0..elements).any(is_restart) {
+                let per_primitive = vertices_per_primitive(topology) as u32;
+                let mut starts = Vec::new();
+                let mut strip_start = 0;
+                for i in 0..elements {
+                    if is_restart(i) {
+                        strip_start = i + 1;
+                    } else if i + 1 - strip_start >= per_primitive {
+                        let start = i + 1 - per_primitive;
+                        starts.push((start, (start - strip_start) & 1 == 1));
+                    }
+                }
+                return Self::Restarted { topology, starts };
+            }
+        }
+        Self::Regular { topology, count }
+    }
+
+    /// Primitives of one instance.
+    pub fn count(&self) -> u32 {
+        match self {
+            Self::Regular { count, .. } => *count,
+            Self::Restarted { starts, .. } => starts.len() as u32,
+        }
+    }
+
+    /// The elements (counted from the draw's first) of a primitive, provoking vertex first. Odd triangles of
+    /// a strip swap their last two, so that all wind the same way [Vulkan spec, triangle strips].
+    #[inline(always)]
+    pub fn elements(&self, primitive: u32) -> [u32; 3] {
+        let (topology, start, odd) = match self {
+            Self::Regular { topology, .. } => match topology {
+                PrimitiveTopology::PointList => return [primitive; 3],
+                PrimitiveTopology::LineList => return [2 * primitive, 2 * primitive + 1, 0],
+                PrimitiveTopology::TriangleList => return [3 * primitive, 3 * primitive + 1, 3 * primitive + 2],
+                strip => (*strip, primitive, primitive & 1 == 1),
+            },
+            Self::Restarted { topology, starts } => {
+                let (start, odd) = starts[primitive as usize];
+                (*topology, start, odd)
+            }
+        };
+        match topology {
+            PrimitiveTopology::TriangleStrip if odd => [start, start + 2, start + 1],
+            _ => [start, start + 1, start + 2],
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! A corner of a primitive on its way to setup.
+
+use crate::primitive::window::WindowVertex;
+
+/// A corner after clipping: where it is and where its varyings start.
+#[derive(Clone, Copy)]
+pub(crate) struct Corner {
+    pub window: WindowVertex,
+    pub varyings: u32,
+    pub clip: [f32; 4],
+}

@@ -1,0 +1,42 @@
+//! Vertices in framebuffer coordinates.
+
+/// One pixel in sub-pixel units; coordinates are kept in 1/256 pixel whatever the rules' precision.
+pub(crate) const ONE: i32 = 256;
+
+/// Half a pixel: where centres are.
+pub(crate) const HALF: i32 = 128;
+
+/// Framebuffer coordinates stay within ± this many pixels, so that edge functions fit 64 bits and differences 25.
+pub(crate) const GUARD_PX: f32 = 32768.0;
+
+/// A vertex in framebuffer coordinates.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct WindowVertex {
+    /// Snapped position in 1/256 pixel.
+    pub fx: i32,
+    /// Snapped position in 1/256 pixel, y down.
+    pub fy: i32,
+    /// Position in pixels before snapping.
+    pub x: f32,
+    /// Position in pixels before snapping.
+    pub y: f32,
+    /// Depth, viewport range applied, before the clamp.
+    pub z: f32,
+    /// 1/w.
+    pub inv_w: f32,
+}
+
+/// Outcode bits: outside which plane.
+pub(crate) mod outside {
+    pub const LEFT: u8 = 1;
+    pub const RIGHT: u8 = 2;
+    pub const BOTTOM: u8 = 4;
+    pub const TOP: u8 = 8;
+    pub const NEAR: u8 = 16;
+    pub const FAR: u8 = 32;
+    /// Beyond the guard band, or w too small.
+    pub const GUARD: u8 = 64;
+    /// A coordinate is not a number, for which D3D drops the primitive [D3D11.3 §15.16.1], or infinite, from which no edge can be drawn.
+    pub const NAN: u8 = 128;
+    pub const FRUSTUM: u8 = 63;
+}

@@ -1,0 +1,63 @@
+//! Clearing of attachments, tile by tile.
+
+use crate::api::format::{ChannelKind, Quantizer, format_info, quantize_depth};
+use crate::api::pass::Pass;
+use crate::api::rules::RasterRules;
+use crate::api::state::LoadOp;
+use crate::api::surface::TILE_PIXELS;
+use crate::tile::targets::TileTargets;
+
+/// What attachments hold before the first draw.
+pub(crate) struct Clears {
+    color: Vec<Option<[f32; 4]>>,
+    depth: Option<f32>,
+    stencil: Option<u8>,
+}
+
+impl Clears {
+    pub fn of(pass: &Pass<'_>) -> Self {
+        // Clear values round as blending does; a pass that draws nothing has no rules.
+        let rules = pass.draws.first().map_or(RasterRules::REFERENCE, |draw| draw.pipeline.rules);
+        let f16 = rules.f16_rounding;
+        let color = pass.color.iter().map(|attachment| {
+            let attachment = attachment.as_ref()?;
+            let info = format_info(attachment.format)?;
+            match attachment.load {
+                LoadOp::Clear(c) if info.kind == ChannelKind::Uint32 => Some([f32::from_bits(c.r as u32), 0.0, 0.0, 0.0]),
+                LoadOp::Clear(c) => {
+                    let quantizer = Quantizer::new(info.kind, f16);
+                    let values = [c.r, c.g, c.b, c.a];
+                    Some(std::array::from_fn(|i| quantizer.apply(values[i] as f32, i)))
+                }
+                _ => None,
+            }
+        });
+        let depth_stencil = pass.depth_stencil.as_ref();
+        let depth = depth_stencil.and_then(|a| match (a.depth_load, format_info(a.format)) {
+            (LoadOp::Clear(z), Some(info)) if info.depth => Some(quantize_depth(info.kind, z.clamp(0.0, 1.0))),
+            _ => None,
+        });
+        let stencil = depth_stencil.and_then(|a| match a.stencil_load {
+            LoadOp::Clear(s) => Some(s as u8),
+            _ => None,
+        });
+        Self { color: color.collect(), depth, stencil }
+    }
+
+    /// Clears a tile but for the colour targets in `replaced`.
+    pub fn apply(&self, targets: &mut TileTargets<'_>, replaced: u8) {
+        for (slot, (planes, color)) in targets.color.iter_mut().zip(&self.color).enumerate() {
+            if let (Some(planes), Some(color), 0) = (planes, color, replaced >> slot & 1) {
+                for (plane, value) in planes.chunks_exact_mut(TILE_PIXELS).zip(color) {
+                    plane.fill(*value);
+                }
+            }
+        }
+        if let (Some(plane), Some(z)) = (&mut targets.depth, self.depth) {
+            plane.fill(z);
+        }
+        if let (Some(plane), Some(value)) = (&mut targets.stencil, self.stencil) {
+            plane.fill(value);
+        }
+    }
+}

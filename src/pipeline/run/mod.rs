@@ -1,0 +1,6 @@
+//! Running passes: devices, and the order of everything in a pass (`pass.rs`).
+
+pub(crate) mod buffer_pool;
+pub(crate) mod clear;
+pub(crate) mod device;
+pub(crate) mod pass;

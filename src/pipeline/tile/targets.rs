@@ -1,0 +1,60 @@
+//! A tile's part of the attachments, what it counts, and what it needs to know of the pass.
+
+use crate::api::draw::Draw;
+use crate::api::render_pipeline::RenderPipeline;
+use crate::api::resolved::FastPath;
+use crate::api::shader::stages::Execution;
+use crate::api::state::{MAX_COLOR_TARGETS, StencilFaceState};
+use crate::tile::depth_stencil::StencilFace;
+
+/// A tile's part of the attachments.
+pub(crate) struct TileTargets<'a> {
+    /// `[channel][4096]` per target.
+    pub color: [Option<&'a mut [f32]>; MAX_COLOR_TARGETS],
+    pub depth: Option<&'a mut [f32]>,
+    pub stencil: Option<&'a mut [u8]>,
+}
+
+/// What a tile counted.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TileCounters {
+    pub fragments_shaded: u64,
+    pub fragments_passed: u64,
+    /// Fragments passed: a query and a count to add to it.
+    pub queries: Vec<(u32, u64)>,
+}
+
+/// What the tile phase needs to know of the pass.
+pub(crate) struct TileContext<'a> {
+    pub draws: &'a [Draw<'a>],
+    /// By draw.
+    pub states: &'a [DrawState<'a>],
+    /// Depth is tested, as 32-bit float, and no draw writes it: a [`CoarseDepth`] stays true.
+    pub depth_stays: bool,
+    pub execution: Execution,
+}
+
+/// What most primitives ask of their draw. A pass may have a hundred thousand draws of a few primitives per tile: then this is all that is read of each.
+#[derive(Clone, Copy)]
+pub(crate) struct DrawState<'a> {
+    pub pipeline: &'a RenderPipeline,
+    /// The pipeline's, unless a query must count.
+    pub path: FastPath,
+    stencil_reference: u8,
+    /// How many of the draws that follow have the same primitives.
+    pub repetitions: u32,
+}
+
+impl<'a> DrawState<'a> {
+    pub fn of(draw: &Draw<'a>, repetitions: u32) -> Self {
+        let path = if draw.query.is_none() { draw.pipeline.fast_path } else { FastPath::General };
+        Self { pipeline: draw.pipeline, path, stencil_reference: draw.stencil_reference as u8, repetitions }
+    }
+
+    /// The stencil state for one facing.
+    #[inline(always)]
+    pub fn stencil_face(&self, state: StencilFaceState) -> StencilFace {
+        let plan = &self.pipeline.depth;
+        StencilFace { state, reference: self.stencil_reference, read_mask: plan.read_mask, write_mask: plan.write_mask }
+    }
+}
