@@ -117,10 +117,10 @@ fn time_driver(gpu: &Gpu, frame: &Frame) -> Timed {
     let device = Device::new(DeviceOptions::default()).expect("threads start");
     // The stages that the software GPU runs read what it drew itself.
     let mut executor = CpuExecutor::new(Device::new(DeviceOptions::default()).expect("threads start"), MEMORY);
-    let textures = executor.run(frame, None).expect("the frame runs").textures.to_vec();
+    let contents = executor.run(frame, None).expect("the frame runs").contents.clone();
     let mut on_gpu = GpuFrame::new(gpu, frame).expect("the driver holds the frame");
     let ready = |(index, pass): (usize, &FramePass)| {
-        on_gpu.prepare(index, 0..pass.draws.len(), Vertices::Shaded, &device, &textures).expect("the driver can draw it")
+        on_gpu.prepare(index, 0..pass.draws.len(), Vertices::Shaded, &device, &contents).expect("the driver can draw it")
     };
     let passes: Vec<_> = frame.passes.iter().enumerate().map(ready).collect();
     let run = || {

@@ -89,8 +89,7 @@ impl Bench {
             let mut pass = Pass {
                 label: "bench".into(),
                 depth_stencil: Some(DepthStencilAttachment {
-                    surface: self.depth.surface_mut(0, 0),
-                    format: TextureFormat::Depth32FloatStencil8,
+                    view: self.depth.view_mut(),
                     depth_load: LoadOp::Clear(1.0),
                     stencil_load: LoadOp::Clear(0),
                 }),
@@ -100,11 +99,7 @@ impl Bench {
                 ..Pass::default()
             };
             if mode != Mode::Stencil {
-                pass.color = vec![Some(ColorAttachment {
-                    surface: self.color.surface_mut(0, 0),
-                    format: TextureFormat::R32Float,
-                    load: LoadOp::Clear(clear),
-                })];
+                pass.color = vec![Some(ColorAttachment { view: self.color.view_mut(), load: LoadOp::Clear(clear) })];
             }
             run_pass(&self.device, &mut pass, None).expect("the pass is valid");
             times.push(start.elapsed().as_secs_f64());

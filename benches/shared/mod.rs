@@ -3,12 +3,12 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use nephroid::frame::{FrameObserver, FramePass};
+use nephroid::frame::{Contents, FrameObserver, FramePass};
 use nephroid::math::lanes::Lanes;
 use nephroid::math::rng::uniform3;
 use nephroid::math::vector::v4;
 use nephroid::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Program, VertexInput, VertexOutput, VertexShader};
-use nephroid::pipeline::{BindingKind, Bindings, Observer, PassOutput, Texture};
+use nephroid::pipeline::{BindingKind, Bindings, Observer, PassOutput};
 use nephroid::scene::{CausticVolumes, Faces, Scene};
 
 pub const SIZE: (u32, u32) = (1024, 768);
@@ -95,7 +95,7 @@ impl FrameObserver for PassClock {
         self.begun = Some(Instant::now());
         None
     }
-    fn pass_end(&mut self, _index: usize, pass: &FramePass, _textures: &[Texture], _output: &PassOutput) {
+    fn pass_end(&mut self, _index: usize, pass: &FramePass, _contents: &Contents, _output: &PassOutput) {
         let seconds = self.begun.map_or(0.0, |begun| begun.elapsed().as_secs_f64());
         self.seconds.push((pass.label.clone(), seconds));
     }

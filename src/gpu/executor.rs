@@ -5,23 +5,24 @@ use std::collections::BTreeSet;
 use super::GpuError;
 use super::device::Gpu;
 use super::frame::{GpuFrame, Vertices};
-use nephroid_pipeline::frame::{Executor, Frame, FrameError, FrameObserver, FrameOutput, TextureId, View};
-use nephroid_pipeline::frame::{check_memory, initial_textures};
+use nephroid_pipeline::frame::{
+    AttachmentView, Contents, Executor, Frame, FrameError, FrameObserver, FrameOutput, TextureId, check_memory,
+};
 use nephroid_pipeline::{Device, PassOutput, Texture};
 
-/// Runs whole frames on a driver. The textures are read back at the end; of what passes count, only queries are known.
+/// Runs whole frames on a driver. The textures are read back at the end; of what passes count, only queries and stream-out are known.
 pub struct GpuExecutor {
     gpu: Gpu,
     device: Device,
     memory_limit_bytes: u64,
-    textures: Vec<Texture>,
+    contents: Contents,
 }
 
 impl GpuExecutor {
     /// An executor on a driver that refuses frames above a memory limit; `device` runs the stages that the driver lacks.
     #[must_use]
     pub fn new(gpu: Gpu, device: Device, memory_limit_bytes: u64) -> Self {
-        Self { gpu, device, memory_limit_bytes, textures: Vec::new() }
+        Self { gpu, device, memory_limit_bytes, contents: Contents::default() }
     }
 }
 
@@ -29,7 +30,7 @@ impl Executor for GpuExecutor {
     fn run(&mut self, frame: &Frame, mut observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError> {
         check_memory(frame, &self.device, self.memory_limit_bytes)?;
         let mut on_gpu = GpuFrame::new(&self.gpu, frame)?;
-        self.textures = initial_textures(frame)?;
+        self.contents = Contents::initial(frame)?;
         let mut passes = Vec::with_capacity(frame.passes.len());
         let mut drawn = BTreeSet::new();
         for (index, pass) in frame.passes.iter().enumerate() {
@@ -38,24 +39,25 @@ impl Executor for GpuExecutor {
                 let _ = observer.pass_begin(index, pass);
             }
             for id in on_gpu.read_by_expanded_stages(index, 0..pass.draws.len(), Vertices::Shaded).intersection(&drawn) {
-                read_whole(&on_gpu, *id, &mut self.textures)?;
+                read_whole(&on_gpu, *id, &mut self.contents.textures)?;
             }
-            let ready = on_gpu.prepare(index, 0..pass.draws.len(), Vertices::Shaded, &self.device, &self.textures)?;
+            let stream_out = on_gpu.stream_pass(index, Vertices::Shaded, &self.device, &mut self.contents)?;
+            let ready = on_gpu.prepare(index, 0..pass.draws.len(), Vertices::Shaded, &self.device, &self.contents)?;
             on_gpu.run([&ready])?;
             drawn.extend(pass.attachments().iter().map(|view| view.texture));
-            let output = PassOutput { queries: on_gpu.queries(&ready)?, ..PassOutput::default() };
+            let output = PassOutput { queries: on_gpu.queries(&ready)?, stream_out, ..PassOutput::default() };
             if let Some(observer) = observer.as_deref_mut() {
                 for view in pass.attachments() {
-                    on_gpu.download(view, &mut self.textures[view.texture.index()])?;
+                    on_gpu.download(view, &mut self.contents.textures[view.texture.index()])?;
                 }
-                observer.pass_end(index, pass, &self.textures, &output);
+                observer.pass_end(index, pass, &self.contents, &output);
             }
             passes.push(output);
         }
         for id in drawn {
-            read_whole(&on_gpu, id, &mut self.textures)?;
+            read_whole(&on_gpu, id, &mut self.contents.textures)?;
         }
-        Ok(FrameOutput { device: &self.device, textures: &self.textures, passes })
+        Ok(FrameOutput { device: &self.device, contents: &self.contents, passes })
     }
 
     fn device(&self) -> &Device {
@@ -67,7 +69,7 @@ fn read_whole(on_gpu: &GpuFrame<'_>, id: TextureId, textures: &mut [Texture]) ->
     let into = &mut textures[id.index()];
     for level in 0..into.desc().mip_level_count {
         for layer in 0..into.desc().level_size(level).2 {
-            on_gpu.download(View { texture: id, level, layer }, into)?;
+            on_gpu.download(AttachmentView { texture: id, level, layer }, into)?;
         }
     }
     Ok(())

@@ -11,11 +11,13 @@ use super::pull::{Pulled, must_be_pulled, pull};
 use super::resources::{Resources, attachment_view};
 use super::stream::Streamed;
 use super::twin::{PULLED_GROUP, TextureUse, VertexSource};
-use nephroid_pipeline::frame::{BindEntry, Frame, FrameDraw, FrameError, FramePass, PipelineId, TextureId, View};
-use nephroid_pipeline::frame::{check_references, cleared_first, initial_textures, target_size};
+use nephroid_pipeline::frame::{
+    AttachmentView, BindEntry, BufferId, Contents, Frame, FrameDraw, FrameError, FramePass, PipelineId, TextureId, TextureView,
+    check_references, cleared_first, target_size,
+};
 use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::state::{MAX_COLOR_TARGETS, PixelRect, PrimitiveTopology, Viewport};
-use nephroid_pipeline::{BindingKind, Device, Texture, TextureDescriptor, TextureShape};
+use nephroid_pipeline::{BindingKind, Buffer, Device, Texture, TextureDescriptor, TextureShape};
 
 /// Who shades vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,6 +52,8 @@ struct GpuDraw {
     group: Option<wgpu::BindGroup>,
     /// Pulled vertices, in pieces that fit a binding, and how many there are.
     pulled: Vec<(wgpu::BindGroup, u32)>,
+    /// What is drawn if nothing is pulled.
+    elements: Range<u32>,
 }
 
 impl<'f> GpuFrame<'f> {
@@ -67,8 +71,8 @@ impl<'f> GpuFrame<'f> {
 
     /// Gives textures what they hold before the first pass. Those that a pass clears before anyone looks are left alone.
     fn fill(&self) -> Result<(), GpuError> {
-        let initial = initial_textures(self.frame).map_err(FrameError::from)?;
-        for (number, (texture, cleared)) in initial.iter().zip(cleared_first(self.frame)).enumerate() {
+        let initial = Contents::initial(self.frame).map_err(FrameError::from)?;
+        for (number, (texture, cleared)) in initial.textures.iter().zip(cleared_first(self.frame)).enumerate() {
             if !cleared {
                 self.upload(TextureId::at(number as u32), texture)?;
             }
@@ -84,11 +88,19 @@ impl<'f> GpuFrame<'f> {
         self.gpu.upload(self.resources.texture(id), contents)
     }
 
+    /// Gives a buffer other contents.
+    ///
+    /// # Errors
+    /// If the driver fails.
+    pub fn upload_buffer(&self, id: BufferId, contents: &Buffer) -> Result<(), GpuError> {
+        self.gpu.write_buffer(&self.resources.buffers[id.index()], contents.bytes())
+    }
+
     /// What one surface of a texture holds, put into a texture of the same description.
     ///
     /// # Errors
     /// If the driver fails.
-    pub fn download(&self, view: View, into: &mut Texture) -> Result<(), GpuError> {
+    pub fn download(&self, view: AttachmentView, into: &mut Texture) -> Result<(), GpuError> {
         self.gpu.download(self.resources.texture(view.texture), into, view.level, view.layer)
     }
 
@@ -97,10 +109,10 @@ impl<'f> GpuFrame<'f> {
         let drawn = &self.frame.passes[pass].draws[draws];
         let expanded = drawn.iter().filter(|draw| vertices == Vertices::Pulled || must_be_pulled(self.frame, draw));
         let entries = expanded.flat_map(|draw| &self.frame.bind_groups[draw.bind_group.index()].entries);
-        entries.filter_map(|entry| if let BindEntry::Texture(id) = entry { Some(*id) } else { None }).collect()
+        entries.filter_map(|entry| if let BindEntry::Texture(view) = entry { Some(view.texture) } else { None }).collect()
     }
 
-    /// Makes some draws of a pass ready. `device` runs the stages that the driver lacks, on `textures`.
+    /// Makes some draws of a pass ready. `device` runs the stages that the driver lacks, on `contents`.
     ///
     /// # Errors
     /// If a program has no twin, or the device lacks a feature or room.
@@ -110,7 +122,7 @@ impl<'f> GpuFrame<'f> {
         draws: Range<usize>,
         vertices: Vertices,
         device: &Device,
-        textures: &[Texture],
+        contents: &Contents,
     ) -> Result<GpuPass, GpuError> {
         let pass = &self.frame.passes[index];
         let counters = self.counters(pass)?;
@@ -119,8 +131,11 @@ impl<'f> GpuFrame<'f> {
         let mut groups = BTreeMap::new();
         for number in draws {
             let draw = &pass.draws[number];
+            if self.frame.pipelines[draw.pipeline.index()].rasterizer_discard {
+                continue;
+            }
             let pulled = match vertices == Vertices::Pulled || must_be_pulled(self.frame, draw) {
-                true => Some(pull(device, self.frame, pass, draw, textures)?),
+                true => Some(pull(device, self.frame, pass, draw, contents)?),
                 false => None,
             };
             let variant = Variant {
@@ -143,7 +158,11 @@ impl<'f> GpuFrame<'f> {
             };
             let group = group.clone();
             let pulled = pulled.map_or(Ok(Vec::new()), |p| self.pulled_pieces(&p, compiled))?;
-            ready.push(GpuDraw { number, pipeline: key, group, pulled });
+            let mut elements = draw.elements.clone();
+            if let Some(buffer) = draw.streamed {
+                elements.end = elements.end.min(elements.start.saturating_add(contents.streamed[buffer.index()].vertices));
+            }
+            ready.push(GpuDraw { number, pipeline: key, group, pulled, elements });
         }
         Ok(GpuPass { index, draws: ready, counters })
     }
@@ -186,7 +205,7 @@ impl<'f> GpuFrame<'f> {
         let mut samplers = Vec::new();
         for (number, texture) in bindings {
             match described.entries.get(*number as usize) {
-                Some(BindEntry::Texture(id)) => views.push(self.sampled_view(*id, *texture)),
+                Some(BindEntry::Texture(view)) => views.push(self.sampled_view(view, *texture)),
                 Some(BindEntry::Sampler(sampler)) => samplers.push(self.sampler(sampler)),
                 Some(_) => {}
                 None => return Err(missing(*number).into()),
@@ -200,7 +219,7 @@ impl<'f> GpuFrame<'f> {
                 BindingKind::Uniform(bytes) | BindingKind::DynamicUniform(bytes) => Some(*bytes as u64),
                 _ => None,
             });
-            let buffer = |id: nephroid_pipeline::frame::BufferId, offset: u64| {
+            let buffer = |id: BufferId, offset: u64| {
                 wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                     buffer: &self.resources.buffers[id.index()],
                     offset,
@@ -222,11 +241,16 @@ impl<'f> GpuFrame<'f> {
         Ok(group)
     }
 
-    fn sampled_view(&self, id: TextureId, used: Option<TextureUse>) -> wgpu::TextureView {
-        let depth = used.is_some_and(|u| u.depth) || self.frame.textures[id.index()].desc.format.has_depth_aspect();
-        self.resources.texture(id).create_view(&wgpu::TextureViewDescriptor {
+    fn sampled_view(&self, view: &TextureView, used: Option<TextureUse>) -> wgpu::TextureView {
+        let depth = used.is_some_and(|u| u.depth) || self.frame.textures[view.texture.index()].desc.format.has_depth_aspect();
+        // A view of one layer is an image to WebGPU, not an array, unless the twin says so.
+        self.resources.texture(view.texture).create_view(&wgpu::TextureViewDescriptor {
             dimension: used.map(|u| u.dimension),
             aspect: if depth { wgpu::TextureAspect::DepthOnly } else { wgpu::TextureAspect::All },
+            base_mip_level: view.range.base_mip_level,
+            mip_level_count: view.range.mip_level_count,
+            base_array_layer: view.range.base_array_layer,
+            array_layer_count: view.range.array_layer_count,
             ..wgpu::TextureViewDescriptor::default()
         })
     }
@@ -287,8 +311,11 @@ impl<'f> GpuFrame<'f> {
 
     fn encode(&self, encoder: &mut wgpu::CommandEncoder, ready: &GpuPass) {
         let pass = &self.frame.passes[ready.index];
+        if ready.draws.is_empty() && pass.attachments().is_empty() {
+            return; // It only streamed out.
+        }
         let store = wgpu::StoreOp::Store;
-        let view = |view: View| {
+        let view = |view: AttachmentView| {
             let volume = self.frame.textures[view.texture.index()].desc.shape == TextureShape::D3;
             let descriptor = match volume {
                 true => wgpu::TextureViewDescriptor {
@@ -366,9 +393,9 @@ impl<'f> GpuFrame<'f> {
             match draw.index {
                 Some(index) => {
                     encoded.set_index_buffer(self.resources.buffers[index.buffer.index()].slice(..), index.format);
-                    encoded.draw_indexed(draw.elements.clone(), draw.base_vertex, draw.instances.clone());
+                    encoded.draw_indexed(ready.elements.clone(), draw.base_vertex, draw.instances.clone());
                 }
-                None => encoded.draw(draw.elements.clone(), draw.instances.clone()),
+                None => encoded.draw(ready.elements.clone(), draw.instances.clone()),
             }
         }
     }

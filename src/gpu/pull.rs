@@ -1,10 +1,9 @@
 //! What WebGPU cannot draw, as triangles, lines and points that it can: the vertex and geometry stages run on the software GPU, sprites
 //! and wide lines become triangles, and the driver pulls finished vertices from a buffer.
 
-use nephroid_pipeline::frame::{Frame, FrameDraw, FrameError, FramePass, cpu::stream_draw, cpu::target_size};
-use nephroid_pipeline::shader::flatten_varyings;
+use nephroid_pipeline::frame::{Contents, Frame, FrameDraw, FrameError, FramePass, stream_draw, target_size};
 use nephroid_pipeline::state::{PrimitiveTopology, Viewport};
-use nephroid_pipeline::{Device, MAX_POINT_SIZE, PrimitiveClass, Texture};
+use nephroid_pipeline::{Device, MAX_POINT_SIZE, PrimitiveClass};
 
 /// Finished vertices of a draw.
 #[derive(Debug)]
@@ -29,10 +28,10 @@ pub(super) fn must_be_pulled(frame: &Frame, draw: &FrameDraw) -> bool {
 }
 
 /// The finished vertices of a draw.
-pub(super) fn pull(device: &Device, frame: &Frame, pass: &FramePass, draw: &FrameDraw, textures: &[Texture]) -> Result<Pulled, FrameError> {
-    let (class, stream) = stream_draw(device, frame, pass, draw, textures)?;
+pub(super) fn pull(device: &Device, frame: &Frame, pass: &FramePass, draw: &FrameDraw, contents: &Contents) -> Result<Pulled, FrameError> {
+    let (class, stream) = stream_draw(device, frame, pass, draw, contents)?;
     let desc = &frame.pipelines[draw.pipeline.index()];
-    let floats = 4 + flatten_varyings(&desc.program.varyings).len();
+    let floats = frame.stream_floats(draw.pipeline);
     let size = target_size(frame, pass);
     let viewport = draw.viewport.unwrap_or_else(|| Viewport::full(size.0, size.1));
     let per_pixel = [2.0 / viewport.width, 2.0 / viewport.height];

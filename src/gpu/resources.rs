@@ -4,7 +4,7 @@ use super::GpuError;
 use super::device::Gpu;
 use nephroid_pipeline::frame::{Frame, TextureId};
 use nephroid_pipeline::state::TextureFormat;
-use nephroid_pipeline::{Buffer, ChannelKind, Texture, TextureDescriptor, TextureShape, format_info, quantize_depth};
+use nephroid_pipeline::{Buffer, ChannelKind, Texture, TextureDescriptor, TextureShape, format_info};
 
 /// Rows in buffers start at multiples of this [WebGPU §copying].
 const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
@@ -50,15 +50,24 @@ impl Gpu {
                     | wgpu::BufferUsages::INDEX,
                 mapped_at_creation: false,
             });
-            let whole = bytes.len() / 4 * 4;
-            self.queue.write_buffer(&buffer, 0, &bytes[..whole]);
-            if whole < bytes.len() {
-                let mut last = [0; 4];
-                last[..bytes.len() - whole].copy_from_slice(&bytes[whole..]);
-                self.queue.write_buffer(&buffer, whole as u64, &last);
-            }
+            self.queue_buffer(&buffer, bytes);
             buffer
         })
+    }
+
+    /// Gives a buffer on the device other bytes, at most as many as it has.
+    pub(super) fn write_buffer(&self, buffer: &wgpu::Buffer, bytes: &[u8]) -> Result<(), GpuError> {
+        self.checked("filling a buffer", || self.queue_buffer(buffer, bytes))
+    }
+
+    fn queue_buffer(&self, buffer: &wgpu::Buffer, bytes: &[u8]) {
+        let whole = bytes.len() / 4 * 4;
+        self.queue.write_buffer(buffer, 0, &bytes[..whole]);
+        if whole < bytes.len() {
+            let mut last = [0; 4];
+            last[..bytes.len() - whole].copy_from_slice(&bytes[whole..]);
+            self.queue.write_buffer(buffer, whole as u64, &last);
+        }
     }
 
     /// Gives a texture on the device the contents of one here, all levels and layers.
@@ -134,10 +143,9 @@ impl Gpu {
                 staging
             })?;
             let bytes = self.read_back(&doing, &staging, wgpu::TextureAspect::All, (0, 0), (width, height), 4)?;
-            let surface = into.surface_mut(level, layer);
             for (i, number) in bytes.chunks_exact(4).enumerate() {
                 let depth = f32::from_le_bytes([number[0], number[1], number[2], number[3]]);
-                surface.set(i as u32 % width, i as u32 / width, 0, quantize_depth(info.kind, depth));
+                into.set_texel(level, layer, i as u32 % width, i as u32 / width, [depth, 0.0, 0.0, 0.0]);
             }
         } else if info.channels > 0 {
             let size = into.desc().level_size(level);
@@ -148,9 +156,8 @@ impl Gpu {
         if format_info(format).is_some_and(|f| f.stencil) {
             let size = into.desc().level_size(level);
             let bytes = self.read_back(&doing, from, wgpu::TextureAspect::StencilOnly, (level, layer), (size.0, size.1), 1)?;
-            let surface = into.surface_mut(level, layer);
             for (i, value) in bytes.into_iter().enumerate() {
-                surface.set_stencil(i as u32 % size.0, i as u32 / size.0, value);
+                into.set_stencil(level, layer, i as u32 % size.0, i as u32 / size.0, value);
             }
         }
         Ok(())

@@ -4,14 +4,13 @@ use std::sync::Arc;
 
 use super::GpuError;
 use super::device::Gpu;
-use super::frame::GpuFrame;
+use super::frame::{GpuFrame, Vertices};
 use super::twin::{PULLED_GROUP, STREAM_GROUP, STREAMED_VERTEX, TextureUse, streamed_vertex};
 use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::v4;
-use nephroid_pipeline::frame::stream_draw;
-use nephroid_pipeline::frame::{BindGroup, BindGroupId, Frame, FrameDraw, FramePass, PipelineId};
-use nephroid_pipeline::shader::{Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader, flatten_varyings};
-use nephroid_pipeline::{Bindings, Device, RenderPipelineDescriptor};
+use nephroid_pipeline::frame::{BindGroup, BindGroupId, Contents, Frame, FrameDraw, FramePass, PipelineId, stream_draw};
+use nephroid_pipeline::shader::{Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader};
+use nephroid_pipeline::{Bindings, Device, PrimitiveClass, RenderPipelineDescriptor, StreamOutStatistics};
 
 /// Most workgroups in one direction of a dispatch.
 const MOST_GROUPS: u32 = 65_535;
@@ -74,20 +73,68 @@ impl Streamed {
     }
 
     /// The vertex of every corner of a draw's primitives, in order.
-    fn vertex_indices(&self, draw: &FrameDraw, device: &Device) -> Result<Vec<u32>, GpuError> {
+    fn vertex_indices(&self, draw: &FrameDraw, device: &Device, contents: &Contents) -> Result<Vec<u32>, GpuError> {
+        let (buffers, streamed) = (contents.buffers.clone(), contents.streamed.clone());
         let draw = FrameDraw { pipeline: PipelineId::at(0), bind_group: BindGroupId::at(0), ..draw.clone() };
-        let (_, stream) = stream_draw(device, &self.indices, &FramePass::default(), &draw, &[])?;
+        let (_, stream) =
+            stream_draw(device, &self.indices, &FramePass::default(), &draw, &Contents { buffers, streamed, ..Contents::default() })?;
         Ok(stream.data.chunks_exact(6).map(|v| v[4] as u32 | (v[5] as u32) << 16).collect())
     }
 }
 
 impl GpuFrame<'_> {
+    /// Streams out what a pass streams out, to the device's buffers and to those of `contents`, before the pass is drawn. The driver runs the
+    /// vertex stage, unless `vertices` says otherwise or it cannot: geometry stages and vertex buffers are the software GPU's.
+    ///
+    /// # Errors
+    /// If a program has no twin, or the driver fails.
+    pub fn stream_pass(
+        &mut self,
+        pass: usize,
+        vertices: Vertices,
+        device: &Device,
+        contents: &mut Contents,
+    ) -> Result<Vec<StreamOutStatistics>, GpuError> {
+        let frame = self.frame();
+        let described = &frame.passes[pass];
+        let mut statistics = Vec::with_capacity(described.stream_out.len());
+        for (target, stream) in described.stream_out.iter().enumerate() {
+            let room = contents.stream_room(stream.buffer, stream.append) / size_of::<f32>();
+            let (mut data, mut counts, mut streamed_vertices) = (Vec::new(), StreamOutStatistics::default(), 0);
+            for (number, draw) in described.draws.iter().enumerate().filter(|(_, draw)| draw.stream_out == Some(target as u32)) {
+                let desc = &frame.pipelines[draw.pipeline.index()];
+                let expanded = vertices == Vertices::Pulled || desc.program.geometry.is_some() || !draw.vertex_buffers.is_empty();
+                let (class, streamed) = match expanded {
+                    true => {
+                        let (class, target) = stream_draw(device, frame, described, draw, contents)?;
+                        (class, target.data)
+                    }
+                    false => (PrimitiveClass::of(desc.primitive.topology), self.stream_out(pass, number, device, contents)?),
+                };
+                let floats = frame.stream_floats(draw.pipeline);
+                let primitive = floats * class.corners();
+                let needed = streamed.len() / primitive;
+                // Once a primitive did not fit, nothing more is written.
+                let full = counts.primitives_written < counts.primitive_storage_needed;
+                let written = if full { 0 } else { needed.min((room - data.len()) / primitive) };
+                data.extend_from_slice(&streamed[..written * primitive]);
+                counts.primitives_written += written as u64;
+                counts.primitive_storage_needed += needed as u64;
+                streamed_vertices += (written * class.corners()) as u32;
+            }
+            contents.write_streamed(stream.buffer, stream.append, &data, streamed_vertices);
+            self.upload_buffer(stream.buffer, contents.buffer(stream.buffer))?;
+            statistics.push(counts);
+        }
+        Ok(statistics)
+    }
+
     /// What stream-out of one draw writes, vertex stage by the driver: per vertex of each primitive, clip position (4) and varyings.
-    /// `device` assembles the primitives.
+    /// `device` assembles the primitives, from the buffers of `contents`.
     ///
     /// # Errors
     /// If the draw has a geometry stage or vertex buffers, which a compute shader does not have either, or the driver fails.
-    pub fn stream_out(&mut self, pass: usize, draw: usize, device: &Device) -> Result<Vec<f32>, GpuError> {
+    pub fn stream_out(&mut self, pass: usize, draw: usize, device: &Device, contents: &Contents) -> Result<Vec<f32>, GpuError> {
         let frame = self.frame();
         let described = &frame.passes[pass].draws[draw];
         let desc = &frame.pipelines[described.pipeline.index()];
@@ -103,12 +150,12 @@ impl GpuFrame<'_> {
             self.streamed.insert(described.pipeline, Streamed::new(self.gpu(), frame, desc)?);
         }
         let streamed = &self.streamed[&described.pipeline];
-        let indices = streamed.vertex_indices(described, device)?;
+        let indices = streamed.vertex_indices(described, device, contents)?;
         let group = match streamed.bindings.is_empty() {
             true => None,
             false => Some(self.bind_group(described, &streamed.bindings, &streamed.pipeline.get_bind_group_layout(0))?),
         };
-        let stride = 4 + flatten_varyings(&program.varyings).len();
+        let stride = frame.stream_floats(described.pipeline);
         let limits = self.gpu().device.limits();
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / (4 * stride as u64);
         let mut stream = Vec::with_capacity(indices.len() * stride);

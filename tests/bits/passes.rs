@@ -267,8 +267,11 @@ impl Recipe {
                 })
             })
             .collect();
-        let entries =
-            [world.vertices.entries()[0], Binding::Texture(&world.texture), Binding::Sampler(Sampler::linear(AddressMode::MirrorRepeat))];
+        let entries = [
+            world.vertices.entries()[0],
+            Binding::Texture(world.texture.view()),
+            Binding::Sampler(Sampler::linear(AddressMode::MirrorRepeat)),
+        ];
         let formats: Vec<_> = self.colors.iter().map(|f| Some(*f)).collect();
         let mut canvas = Canvas::new(SIZE, &formats, self.depth);
         canvas.clear = [0.1, 0.2, 0.3, 0.4];

@@ -11,10 +11,10 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use nephroid::caustics::{RenderOptions, Renderer, TECHNIQUES};
-use nephroid::frame::{CpuExecutor, Executor, Frame, FrameObserver, FramePass};
+use nephroid::frame::{Contents, CpuExecutor, Executor, Frame, FrameObserver, FramePass};
 use nephroid::math::level::wide_levels;
 use nephroid::pipeline::shader::ShaderWidth;
-use nephroid::pipeline::{Device, DeviceOptions, Observer, PassOutput, Texture};
+use nephroid::pipeline::{Device, DeviceOptions, Observer, PassOutput};
 use nephroid::scene::{CausticVolumes, LightVolumes, Material, Scene, Shape};
 
 use crate::devices;
@@ -70,10 +70,10 @@ impl FrameObserver for Hasher {
     fn pass_begin(&mut self, _index: usize, _pass: &FramePass) -> Option<&mut dyn Observer> {
         None
     }
-    fn pass_end(&mut self, _index: usize, pass: &FramePass, textures: &[Texture], _output: &PassOutput) {
+    fn pass_end(&mut self, _index: usize, pass: &FramePass, contents: &Contents, _output: &PassOutput) {
         let views = pass.color.iter().flatten().map(|t| t.view).chain(pass.depth.iter().map(|t| t.view));
         for view in views {
-            let texture = &textures[view.texture.index()];
+            let texture = contents.texture(view.texture);
             let hash = hash_words(&texture.read_bytes(view.level, view.layer));
             self.lines.push((format!("{}/{}", pass.label.replace(' ', "_"), texture.desc().label.replace(' ', "_")), hash));
         }

@@ -5,8 +5,8 @@
 use std::sync::Arc;
 
 use nephroid::caustics::{RenderOptions, Renderer};
-use nephroid::frame::stream_draw;
 use nephroid::frame::{BindEntry, ColorTarget, DepthTarget, Executor as _, Frame, FrameDraw, FrameError, FramePass};
+use nephroid::frame::{Contents, stream_draw};
 use nephroid::geom::shapes::{Cylinder, UvSphere};
 use nephroid::gpu::conformance::program::{Vertex, program};
 use nephroid::gpu::crosscheck::{Located, Mode, Report, crosscheck, locate, side_by_side};
@@ -28,7 +28,7 @@ use crate::support::scene_of_size;
 const SIZE: u32 = 64;
 
 /// Every adapter here, opened.
-fn gpus() -> Vec<Gpu> {
+pub fn gpus() -> Vec<Gpu> {
     let gpus: Vec<Gpu> = adapters().into_iter().map(|adapter| Gpu::open(adapter).expect("the adapter opens")).collect();
     if gpus.is_empty() {
         assert!(std::env::var_os("NEPHROID_REQUIRE_ADAPTER").is_none(), "an adapter is required, and there is none");
@@ -37,7 +37,7 @@ fn gpus() -> Vec<Gpu> {
     gpus
 }
 
-fn device() -> Device {
+pub fn device() -> Device {
     Device::new(DeviceOptions::default()).expect("threads start")
 }
 
@@ -288,9 +288,10 @@ fn stream_out_by_compute_is_that_of_the_software_gpu() {
             let indices = frame.buffer("indices", Arc::new(Buffer::from_slice(&[7, 1, 4, 2, restart, 9, 8, 3, 0, 5, 6, 2_u32])));
             let draw = FrameDraw { elements: 0..12, base_vertex: 11, ..frame.passes[0].draws[0].clone() }.indexed(indices);
             frame.passes[0].draws = vec![draw];
-            let (_, expected) = stream_draw(&device, &frame, &frame.passes[0], &frame.passes[0].draws[0], &[]).expect("it streams");
+            let contents = Contents::initial(&frame).expect("possible textures");
+            let (_, expected) = stream_draw(&device, &frame, &frame.passes[0], &frame.passes[0].draws[0], &contents).expect("it streams");
             let mut on_gpu = GpuFrame::new(&gpu, &frame).expect("the driver holds the frame");
-            let actual = on_gpu.stream_out(0, 0, &device).expect("it streams");
+            let actual = on_gpu.stream_out(0, 0, &device, &contents).expect("it streams");
             assert!(!actual.is_empty() && actual == expected.data, "{}, {topology:?}", gpu.adapter().title());
         }
     }
@@ -319,7 +320,7 @@ fn pictures_show_both_versions_and_the_error() {
     let format = TextureFormat::R32Float;
     let a = Texture::new(TextureDescriptor::d2("a", 16, 8, format)).expect("a texture");
     let mut b = a.clone();
-    b.surface_mut(0, 0).set(3, 2, 0, 1.0);
+    b.set_texel(0, 0, 3, 2, [1.0, 0.0, 0.0, 0.0]);
     let info = format_info(format).expect("a format");
     let surfaces = [a.surface(0, 0), b.surface(0, 0)];
     let difference = nephroid::gpu::crosscheck::compare(info, surfaces[0], surfaces[1], 0.0);

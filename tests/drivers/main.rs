@@ -1,7 +1,10 @@
 //! Frames on every Vulkan driver there is: the cross-check, and conformance. Needs the feature `wgpu`.
 
+#[path = "../support/frames.rs"]
+mod frame_library;
 #[path = "../support/mod.rs"]
 mod support;
 
 mod conformance;
 mod crosscheck;
+mod frames;

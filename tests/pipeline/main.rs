@@ -3,6 +3,8 @@
 //!
 //! Every comparison helper has a test in which it must fail (`negative.rs`, or beside the helper).
 
+#[path = "../support/frames.rs"]
+mod frames;
 #[path = "../support/numbers.rs"]
 mod numbers;
 #[path = "../support/passes.rs"]
@@ -14,6 +16,7 @@ mod depth_stencil;
 mod drawing;
 mod fast_paths;
 mod fragments;
+mod frame_passes;
 mod joining;
 mod meshes;
 mod order;

@@ -131,14 +131,10 @@ fn refused_passes_say_why() {
     let mut texture = Texture::new(TextureDescriptor::d2("t", 8, 8, TextureFormat::R32Float)).expect("valid");
     let before = texture.clone();
     for (draw, word) in table {
-        let attachment = |texture| ColorAttachment {
-            surface: texture,
-            format: TextureFormat::R32Float,
-            load: LoadOp::Clear(nephroid_pipeline::state::Color::WHITE),
-        };
+        let load = LoadOp::Clear(nephroid_pipeline::state::Color::WHITE);
         let mut pass = Pass {
             label: "refused".into(),
-            color: vec![Some(attachment(texture.surface_mut(0, 0)))],
+            color: vec![Some(ColorAttachment { view: texture.view_mut(), load })],
             draws: vec![good(), draw],
             ..Pass::default()
         };

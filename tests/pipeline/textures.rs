@@ -15,14 +15,14 @@ fn texture(width: u32, height: u32, values: impl Fn(u32, u32) -> f32) -> Texture
     let mut texture = Texture::new(TextureDescriptor::d2("t", width, height, TextureFormat::R32Float)).expect("valid");
     for y in 0..height {
         for x in 0..width {
-            texture.surface_mut(0, 0).set(x, y, 0, values(x, y));
+            texture.set_texel(0, 0, x, y, [values(x, y), 0.0, 0.0, 0.0]);
         }
     }
     texture
 }
 
 fn sample(texture: &Texture, sampler: &Sampler, u: f32, v: f32, lod: f32) -> f32 {
-    sample_level::<f32>(texture, sampler, v2(u, v), 0, lod).x
+    sample_level::<f32>(&texture.view(), sampler, v2(u, v), 0, lod).x
 }
 
 fn modes(mode: AddressMode, filter: FilterMode) -> Sampler {
@@ -84,7 +84,7 @@ fn mipped() -> Texture {
     for level in 0..4 {
         let size = 8 >> level;
         for at in 0..size * size {
-            t.surface_mut(level, 0).set(at % size, at / size, 0, 100.0 * level as f32);
+            t.set_texel(level, 0, at % size, at / size, [100.0 * level as f32, 0.0, 0.0, 0.0]);
         }
     }
     t
@@ -111,7 +111,7 @@ fn mip_levels() {
     assert_eq!(sample(&t, &clamped, 0.5, 0.5, 0.0), 100.0);
     assert_eq!(sample(&t, &clamped, 0.5, 0.5, 3.0), 150.0);
     // Two texels per pixel is level 1, four is level 2; anisotropic footprints take the longer side.
-    let grad = |dx: f32, dy: f32| sample_grad::<f32>(&t, &linear, v2(0.5, 0.5), 0, v2(dx, 0.0), v2(0.0, dy)).x;
+    let grad = |dx: f32, dy: f32| sample_grad::<f32>(&t.view(), &linear, v2(0.5, 0.5), 0, v2(dx, 0.0), v2(0.0, dy)).x;
     assert_eq!(grad(2.0 / 8.0, 2.0 / 8.0), 100.0);
     assert_eq!(grad(4.0 / 8.0, 1.0 / 8.0), 200.0);
     assert_eq!(grad(0.0, 0.0), 0.0);
@@ -122,7 +122,7 @@ fn generated_mips_are_averages() {
     let desc = TextureDescriptor { mip_level_count: 3, ..TextureDescriptor::d2("mips", 4, 4, TextureFormat::R32Float) };
     let mut t = Texture::new(desc).expect("valid");
     for at in 0..16 {
-        t.surface_mut(0, 0).set(at % 4, at / 4, 0, at as f32);
+        t.set_texel(0, 0, at % 4, at / 4, [at as f32, 0.0, 0.0, 0.0]);
     }
     t.generate_mips();
     assert_eq!(t.read_channel(1, 0, 0), [2.5, 4.5, 10.5, 12.5]);
@@ -136,11 +136,11 @@ fn cube_faces_by_the_specification() {
     let mut t = Texture::new(desc).expect("valid");
     for layer in 0..6 {
         for at in 0..16 {
-            t.surface_mut(0, layer).set(at % 4, at / 4, 0, (100 * layer + 10 * (at / 4) + at % 4) as f32);
+            t.set_texel(0, layer, at % 4, at / 4, [(100 * layer + 10 * (at / 4) + at % 4) as f32, 0.0, 0.0, 0.0]);
         }
     }
     let sampler = Sampler::default();
-    let read = |d: [f32; 3]| sample_cube::<f32>(&t, &sampler, v3(d[0], d[1], d[2]), 0.0).x;
+    let read = |d: [f32; 3]| sample_cube::<f32>(&t.view(), &sampler, v3(d[0], d[1], d[2]), 0.0).x;
     // Direction of each face's right and down, from the table of face coordinates [Vulkan spec, cube map face selection].
     type Face = ([f32; 3], [f32; 3], [f32; 3]);
     let faces: [Face; 6] = [
@@ -171,10 +171,10 @@ fn volumes() {
     let mut t = Texture::new(desc).expect("valid");
     for slice in 0..3 {
         for at in 0..4 {
-            t.surface_mut(0, slice).set(at % 2, at / 2, 0, (100 * slice + at) as f32);
+            t.set_texel(0, slice, at % 2, at / 2, [(100 * slice + at) as f32, 0.0, 0.0, 0.0]);
         }
     }
-    let read = |sampler: &Sampler, p: V3<f32>| sample_3d::<f32>(&t, sampler, p, 0.0).x;
+    let read = |sampler: &Sampler, p: V3<f32>| sample_3d::<f32>(&t.view(), sampler, p, 0.0).x;
     let nearest = Sampler::default();
     assert_eq!(read(&nearest, v3(0.25, 0.25, 0.5)), 100.0);
     assert_eq!(read(&nearest, v3(0.75, 0.75, 0.9)), 203.0);
@@ -199,25 +199,25 @@ fn comparison_counts_texels() {
         (CompareFunction::Always, [1.0; 3]),
     ] {
         let sampler = Sampler { compare: Some(function), ..Sampler::default() };
-        let seen = [0.375, 0.625, 0.875].map(|u| sample_compare::<f32>(&t, &sampler, v2(u, 0.5), 0, 0.5));
+        let seen = [0.375, 0.625, 0.875].map(|u| sample_compare::<f32>(&t.view(), &sampler, v2(u, 0.5), 0, 0.5));
         assert_eq!(seen, expected, "{function:?}: reference 0.5 against 0.25, 0.5, 0.75");
     }
     // Percentage-closer: the share of the four texels, weighted as colours would be.
     let pcf = Sampler::comparison(CompareFunction::Less);
-    assert_eq!(sample_compare::<f32>(&t, &pcf, v2(0.75, 0.5), 0, 0.6), 0.5f32 + 0.0);
-    assert_eq!(sample_compare::<f32>(&t, &pcf, v2(0.6875, 0.5), 0, 0.6), 0.25);
+    assert_eq!(sample_compare::<f32>(&t.view(), &pcf, v2(0.75, 0.5), 0, 0.6), 0.5f32 + 0.0);
+    assert_eq!(sample_compare::<f32>(&t.view(), &pcf, v2(0.6875, 0.5), 0, 0.6), 0.25);
     // A unorm texture clamps the reference: 2 is 1, which 1 equals.
     let mut depth = Texture::new(TextureDescriptor::d2("d", 2, 2, TextureFormat::Depth16Unorm)).expect("valid");
     depth.write_bytes(0, 0, &[0xff; 8]).expect("eight bytes");
     let equal = Sampler { compare: Some(CompareFunction::LessEqual), ..Sampler::default() };
-    assert_eq!(sample_compare::<f32>(&depth, &equal, v2(0.5, 0.5), 0, 2.0), 1.0);
+    assert_eq!(sample_compare::<f32>(&depth.view(), &equal, v2(0.5, 0.5), 0, 2.0), 1.0);
 }
 
 #[test]
 fn loads_outside_give_zero() {
     let t = texture(3, 3, |x, y| 1.0 + (3 * y + x) as f32);
     for (x, y, expected) in [(0.0, 0.0, 1.0), (2.0, 2.0, 9.0), (3.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0e9, 0.0), (f32::NAN, 0.0, 0.0)] {
-        assert_eq!(load::<f32>(&t, x, y, 0, 0).x, expected, "({x}, {y})");
+        assert_eq!(load::<f32>(&t.view(), x, y, 0, 0).x, expected, "({x}, {y})");
     }
 }
 
@@ -227,7 +227,7 @@ struct Copy;
 impl FragmentShader for Copy {
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let t = bindings.texture(1);
-        let (w, h) = (t.desc().width as f32, t.desc().height as f32);
+        let (w, h) = (t.level_size(0).0 as f32, t.level_size(0).1 as f32);
         let (x, y) = (input.position.x, input.position.y);
         let uv = v2(x / w, y / h);
         let zero = L::splat(input.token, 0.0);
@@ -263,7 +263,7 @@ fn passes_read_what_passes_drew() {
     let vertices = Vertices::new(&corners);
     for device in [device(), scalar_device()] {
         let texture = source.color[0].as_ref().expect("drawn");
-        let entries = [vertices.entries()[0], Binding::Texture(texture), Binding::Sampler(Sampler::default())];
+        let entries = [vertices.entries()[0], Binding::Texture(texture.view()), Binding::Sampler(Sampler::default())];
         let mut canvas = Canvas::single(size, TextureFormat::Rgba32Float);
         canvas.run_on(device, vec![Draw::new(&second, Bindings::new(&entries, 0), 0..3, size)], None);
         for channel in 0..4 {

@@ -239,7 +239,7 @@ fn answers_that_are_known_are_those_of_passes_that_run_again() {
     let run = |frame: &Frame| {
         let mut executor = CpuExecutor::new(Device::new(DeviceOptions::default()).expect("threads start"), 1 << 30);
         let output = executor.run(frame, None).expect("the frame runs");
-        (output.textures.to_vec(), output.passes.into_iter().map(|pass| PassOutput { waves: 0, ..pass }).collect::<Vec<_>>())
+        (output.contents.textures.clone(), output.passes.into_iter().map(|pass| PassOutput { waves: 0, ..pass }).collect::<Vec<_>>())
     };
     let known = run(&frame);
     let asked: Vec<usize> = (0..frame.passes.len()).filter(|&k| frame.passes[k].known.is_some()).collect();
@@ -303,11 +303,11 @@ fn stencil_of(beams: &[Beam], executor: &mut CpuExecutor) -> Vec<Vec<bool>> {
         BindEntry::Uniform(buffer(&mut frame, "light", Buffer::from_value(&<LightUniform as bytemuck::Zeroable>::zeroed())), 0),
         BindEntry::Storage(frame.buffer("slices", slices.vertices.clone())),
         BindEntry::DynamicUniform(buffer(&mut frame, "slots", Buffer::from_slice(&slots))),
-        BindEntry::Texture(one),
+        BindEntry::texture(one),
         BindEntry::Sampler(Sampler::comparison(CompareFunction::LessEqual)),
-        BindEntry::Texture(one),
-        BindEntry::Texture(one),
-        BindEntry::Texture(one),
+        BindEntry::texture(one),
+        BindEntry::texture(one),
+        BindEntry::texture(one),
     ];
     let bindings = frame.bind_group(entries);
     let indices = frame.buffer("indices", slices.indices.clone());

@@ -178,19 +178,14 @@ impl Canvas {
         let color_load = if self.load { LoadOp::Load } else { LoadOp::Clear(Color { r, g, b, a }) };
         let depth_load = if self.load { LoadOp::Load } else { LoadOp::Clear(self.clear_depth) };
         let stencil_load = if self.load { LoadOp::Load } else { LoadOp::Clear(self.clear_stencil) };
-        let color = self.color.iter_mut().map(|texture| {
-            texture.as_mut().map(|texture| {
-                let format = texture.desc().format;
-                ColorAttachment { surface: texture.surface_mut(0, 0), format, load: color_load }
-            })
-        });
+        let color = self
+            .color
+            .iter_mut()
+            .map(|texture| texture.as_mut().map(|texture| ColorAttachment { view: texture.view_mut(), load: color_load }));
         let mut pass = Pass {
             label: "test".into(),
             color: color.collect(),
-            depth_stencil: self.depth.as_mut().map(|texture| {
-                let format = texture.desc().format;
-                DepthStencilAttachment { surface: texture.surface_mut(0, 0), format, depth_load, stencil_load }
-            }),
+            depth_stencil: self.depth.as_mut().map(|texture| DepthStencilAttachment { view: texture.view_mut(), depth_load, stencil_load }),
             draws,
             query_count: self.queries,
             stream_out: std::mem::take(&mut self.stream_out),

@@ -138,10 +138,10 @@ fn volume_pass(
         BindEntry::Uniform(uniform, 0),
         BindEntry::Uniform(light.buffer, 0),
         BindEntry::Storage(storage),
-        BindEntry::Texture(stage.position),
-        BindEntry::Texture(stage.normal),
-        BindEntry::Texture(stage.visibility),
-        BindEntry::Texture(light.air_map),
+        BindEntry::texture(stage.position),
+        BindEntry::texture(stage.normal),
+        BindEntry::texture(stage.visibility),
+        BindEntry::texture(light.air_map),
         BindEntry::Sampler(Sampler::comparison(CompareFunction::LessEqual)),
     ]);
     // Front faces must lie before the receiver; back faces behind it, which holds for an eye inside as well [decision E3].

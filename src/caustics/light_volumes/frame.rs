@@ -126,11 +126,11 @@ impl LightPass<'_> {
             BindEntry::Uniform(self.light.buffer, 0),
             BindEntry::Storage(vertices),
             BindEntry::DynamicUniform(slots),
-            BindEntry::Texture(self.light.air_map),
+            BindEntry::texture(self.light.air_map),
             BindEntry::Sampler(Sampler::comparison(CompareFunction::LessEqual)),
-            BindEntry::Texture(stage.position),
-            BindEntry::Texture(stage.normal),
-            BindEntry::Texture(stage.visibility),
+            BindEntry::texture(stage.position),
+            BindEntry::texture(stage.normal),
+            BindEntry::texture(stage.visibility),
         ]);
 
         let (states, color) = self.attachments(targets);
@@ -198,11 +198,11 @@ impl LightPass<'_> {
         let to_light = shaders::to_light(self.light.uniform.refracted.truncate(), radiometry);
         let vectors = if targets.sums.len() > 1 { 1.0 } else { 0.0 };
         let uniform = stage.uniform(&format!("relight {}", self.number), &RelightUniform { to_light: to_light.extend(vectors) });
-        let sum = |k: usize| BindEntry::Texture(targets.sums[k.min(targets.sums.len() - 1)]);
+        let sum = |k: usize| BindEntry::texture(targets.sums[k.min(targets.sums.len() - 1)]);
         let bindings = stage.frame.bind_group(vec![
             BindEntry::Uniform(uniform, 0),
-            BindEntry::Texture(stage.normal),
-            BindEntry::Texture(stage.position),
+            BindEntry::texture(stage.normal),
+            BindEntry::texture(stage.position),
             sum(0),
             sum(1),
             sum(2),

@@ -14,7 +14,7 @@ use crate::stage::state::depth_state;
 use crate::{Receivers, RenderError};
 use nephroid_math::space::sin_cos_deg;
 use nephroid_pipeline::frame::{
-    BindEntry, BindGroupId, DepthTarget, Frame, FrameDraw, FrameError, FramePass, PipelineId, TextureId, initial_textures, pipelines,
+    BindEntry, BindGroupId, Contents, DepthTarget, Frame, FrameDraw, FrameError, FramePass, PipelineId, TextureId, pipelines,
     run_frame_pass,
 };
 use nephroid_pipeline::shader::Program;
@@ -115,15 +115,15 @@ impl Queries<'_> {
         }
         let mut counting = Frame { rules: stage.frame.rules, ..Frame::default() };
         let prepared = self.prepare(stage, &mut counting);
-        let mut textures = initial_textures(&counting).map_err(FrameError::from)?;
+        let mut contents = Contents::initial(&counting).map_err(FrameError::from)?;
         let made = pipelines(&counting).map_err(FrameError::from)?;
-        run_frame_pass(device, &counting, &made, &counting.passes[0], &mut textures, None)?;
+        run_frame_pass(device, &counting, &made, &counting.passes[0], &mut contents, None)?;
         let mut frame = std::mem::take(&mut stage.frame);
         let again = self.prepare(stage, &mut frame);
         stage.frame = frame;
         for (part, numbers) in asked.chunks(QUERIES_PER_PASS).enumerate() {
             let label = format!("receiver_queries part {part}");
-            let output = run_frame_pass(device, &counting, &made, &Self::pass(&prepared, label.clone(), numbers), &mut textures, None)?;
+            let output = run_frame_pass(device, &counting, &made, &Self::pass(&prepared, label.clone(), numbers), &mut contents, None)?;
             for (&number, &count) in numbers.iter().zip(&output.queries) {
                 visible[number as usize] = count > 0;
             }

@@ -16,7 +16,7 @@ use crate::receivers::ReceiverGroup;
 use crate::stage::state::depth_state;
 use crate::{Receivers, RenderError};
 use nephroid_pipeline::frame::{BindEntry, BindGroupId, BufferId, DepthTarget, Frame, FrameDraw, FramePass, PipelineId, TextureId};
-use nephroid_pipeline::frame::{initial_textures, pipelines, run_frame_pass};
+use nephroid_pipeline::frame::{Contents, pipelines, run_frame_pass};
 use nephroid_pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
 use nephroid_pipeline::{Buffer, Device, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 use nephroid_scene::geom::Aabb;
@@ -194,9 +194,9 @@ impl Queries<'_> {
         // A frame of its own to count in.
         let mut counting = Frame { rules: frame.rules, ..Frame::default() };
         let prepared = self.prepare(&mut counting);
-        let mut textures = initial_textures(&counting).map_err(nephroid_pipeline::frame::FrameError::from)?;
+        let mut contents = Contents::initial(&counting).map_err(nephroid_pipeline::frame::FrameError::from)?;
         let made = pipelines(&counting).map_err(nephroid_pipeline::frame::FrameError::from)?;
-        run_frame_pass(device, &counting, &made, &counting.passes[0], &mut textures, None)?;
+        run_frame_pass(device, &counting, &made, &counting.passes[0], &mut contents, None)?;
         let again = self.prepare(frame);
         let nodes = &self.hierarchy.nodes;
         let coverage: Vec<f64> = nodes.iter().map(|node| self.coverage(&node.cells)).collect();
@@ -207,7 +207,7 @@ impl Queries<'_> {
             let mut counts = Vec::with_capacity(level.len());
             for (part, nodes) in level.chunks(QUERIES_PER_PASS).enumerate() {
                 let label = format!("{label} part {part}");
-                let output = run_frame_pass(device, &counting, &made, &self.pass(&prepared, label.clone(), nodes), &mut textures, None)?;
+                let output = run_frame_pass(device, &counting, &made, &self.pass(&prepared, label.clone(), nodes), &mut contents, None)?;
                 counts.extend_from_slice(&output.queries);
                 frame.passes.push(FramePass { known: Some(output), ..self.pass(&again, label, nodes) });
             }

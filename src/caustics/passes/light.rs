@@ -63,7 +63,7 @@ impl FragmentShader for Fragment {
         let mut direct = v3(zero, zero, zero);
         if !none(dry) {
             let incident = light.at(p);
-            let off = p + n * light.air_texel(p, bindings.texture(4).desc().width);
+            let off = p + n * light.air_texel(p, bindings.texture(4).level_size(0).0);
             let cos = Lanes::max(-n.dot(incident.direction), zero);
             let mut lit = one;
             if self.air_shadows {
@@ -74,7 +74,7 @@ impl FragmentShader for Fragment {
         }
         let mut visibility = one;
         if self.water_shadows && !none(wet) {
-            let (uv, depth) = light.through_water(p + n * one.like(light.water_texel(bindings.texture(5).desc().width)));
+            let (uv, depth) = light.through_water(p + n * one.like(light.water_texel(bindings.texture(5).level_size(0).0)));
             visibility = sample_compare(bindings.texture(5), &sampler, uv, 0, depth);
         }
         let visibility = L::select(wet, visibility, zero);

@@ -45,10 +45,10 @@ impl Stage {
         let bindings = self.frame.bind_group(vec![
             BindEntry::Uniform(self.camera_buffer, 0),
             BindEntry::Uniform(buffer, 0),
-            BindEntry::Texture(self.position),
-            BindEntry::Texture(self.normal),
-            BindEntry::Texture(air_map),
-            BindEntry::Texture(water_map),
+            BindEntry::texture(self.position),
+            BindEntry::texture(self.normal),
+            BindEntry::texture(air_map),
+            BindEntry::texture(water_map),
             BindEntry::Sampler(Sampler::comparison(CompareFunction::LessEqual)),
         ]);
         let pipeline = self.frame.pipeline(RenderPipelineDescriptor {

@@ -191,11 +191,11 @@ impl Stage {
         let shading = self.frame.bind_group(vec![
             BindEntry::Uniform(self.camera_buffer, 0),
             BindEntry::Uniform(environment, 0),
-            BindEntry::Texture(self.position),
-            BindEntry::Texture(self.normal),
-            BindEntry::Texture(self.albedo),
-            BindEntry::Texture(self.direct),
-            BindEntry::Texture(caustic),
+            BindEntry::texture(self.position),
+            BindEntry::texture(self.normal),
+            BindEntry::texture(self.albedo),
+            BindEntry::texture(self.direct),
+            BindEntry::texture(caustic),
         ]);
         let pipeline = self.fullscreen("shade", shade::program(), &[TextureFormat::Rgba32Float], None);
         self.frame.passes.push(FramePass {
@@ -240,8 +240,8 @@ impl Stage {
         let mut entries = vec![
             BindEntry::Uniform(self.camera_buffer, 0),
             BindEntry::Uniform(environment, 0),
-            BindEntry::Texture(self.position),
-            BindEntry::Texture(radiance),
+            BindEntry::texture(self.position),
+            BindEntry::texture(radiance),
         ];
         let background = self.frame.bind_group(entries.clone());
         let untested = depth_state(self.depth_format, CompareFunction::Always, false, DepthBiasState::default());

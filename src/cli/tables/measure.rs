@@ -6,8 +6,8 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::caustics::{RenderOptions, Renderer, TechniqueFrame};
-use crate::frame::{FrameObserver, FramePass};
-use crate::pipeline::{Observer, PassOutput, Texture};
+use crate::frame::{Contents, FrameObserver, FramePass};
+use crate::pipeline::{Observer, PassOutput};
 use crate::scene::Scene;
 
 /// Frames before those that count.
@@ -101,7 +101,7 @@ impl FrameObserver for Clock {
         self.begun = pass.label.starts_with(self.prefix).then(Instant::now);
         None
     }
-    fn pass_end(&mut self, _index: usize, _pass: &FramePass, _textures: &[Texture], output: &PassOutput) {
+    fn pass_end(&mut self, _index: usize, _pass: &FramePass, _contents: &Contents, output: &PassOutput) {
         if let Some(begun) = self.begun.take() {
             self.seconds += begun.elapsed().as_secs_f64();
             self.fragments += output.statistics.fragments_passed;

@@ -3,8 +3,7 @@
 use super::drawing::Drawing;
 use crate::crosscheck::relative;
 use crate::{Gpu, GpuError, GpuFrame, Vertices};
-use nephroid_pipeline::frame::{Frame, FrameError, View};
-use nephroid_pipeline::frame::{initial_textures, pipelines, run_frame_pass};
+use nephroid_pipeline::frame::{AttachmentView, Contents, Frame, FrameError, pipelines, run_frame_pass};
 use nephroid_pipeline::state::RasterRules;
 use nephroid_pipeline::{ChannelKind, Device, Surface, Texture};
 
@@ -34,9 +33,9 @@ pub struct Place {
 /// If the drawing is not valid.
 pub fn on_software(device: &Device, drawing: &Drawing, rules: RasterRules) -> Result<Image, FrameError> {
     let frame = drawing.frame(rules);
-    let mut textures = initial_textures(&frame)?;
-    let output = run_frame_pass(device, &frame, &pipelines(&frame)?, &frame.passes[0], &mut textures, None)?;
-    Ok(Image::new(&frame, textures, output.queries))
+    let mut contents = Contents::initial(&frame)?;
+    let output = run_frame_pass(device, &frame, &pipelines(&frame)?, &frame.passes[0], &mut contents, None)?;
+    Ok(Image::new(&frame, contents.textures, output.queries))
 }
 
 /// Draws on a driver. Sprites and wide lines, which WebGPU lacks, are expanded by these rules.
@@ -45,20 +44,20 @@ pub fn on_software(device: &Device, drawing: &Drawing, rules: RasterRules) -> Re
 /// If the driver cannot draw it.
 pub fn on_driver(gpu: &Gpu, device: &Device, drawing: &Drawing, rules: RasterRules) -> Result<Image, GpuError> {
     let frame = drawing.frame(rules);
-    let mut textures = initial_textures(&frame).map_err(FrameError::from)?;
+    let mut contents = Contents::initial(&frame).map_err(FrameError::from)?;
     let mut on_gpu = GpuFrame::new(gpu, &frame)?;
-    let ready = on_gpu.prepare(0, 0..1, Vertices::Shaded, device, &textures)?;
+    let ready = on_gpu.prepare(0, 0..1, Vertices::Shaded, device, &contents)?;
     on_gpu.run([&ready])?;
     for view in frame.passes[0].attachments() {
-        on_gpu.download(view, &mut textures[view.texture.index()])?;
+        on_gpu.download(view, &mut contents.textures[view.texture.index()])?;
     }
     let queries = on_gpu.queries(&ready)?;
-    Ok(Image::new(&frame, textures, queries))
+    Ok(Image::new(&frame, contents.textures, queries))
 }
 
 impl Image {
     fn new(frame: &Frame, textures: Vec<Texture>, queries: Vec<u64>) -> Self {
-        let attached: Vec<View> = frame.passes[0].attachments();
+        let attached: Vec<AttachmentView> = frame.passes[0].attachments();
         let is_attached = |i: usize| attached.iter().any(|view| view.texture.index() == i);
         let attachments = textures.into_iter().enumerate().filter(|(i, _)| is_attached(*i)).map(|(_, texture)| texture).collect();
         Self { attachments, count: queries.first().copied() }

@@ -177,7 +177,7 @@ mod tests {
     fn picture(format: TextureFormat, value: impl Fn(u32, u32) -> f32) -> Texture {
         let mut texture = Texture::new(TextureDescriptor::d2("t", 8, 8, format)).unwrap();
         for (x, y) in (0..64).map(|i| (i % 8, i / 8)) {
-            texture.surface_mut(0, 0).set(x, y, 0, value(x, y));
+            texture.set_texel(0, 0, x, y, [value(x, y), 0.0, 0.0, 0.0]);
         }
         texture
     }
@@ -235,7 +235,7 @@ mod tests {
         assert_eq!((d.outliers, d.max_ulp), (8, 2));
         let mut stencil = Texture::new(TextureDescriptor::d2("s", 8, 8, TextureFormat::Stencil8)).unwrap();
         let zeros = stencil.clone();
-        stencil.surface_mut(0, 0).set_stencil(2, 3, 255);
+        stencil.set_stencil(0, 0, 2, 3, 255);
         let d = compared(&zeros, &stencil, 0.5);
         assert_eq!((d.outliers, d.max_ulp, d.unexplained()), (1, 255, 1));
     }

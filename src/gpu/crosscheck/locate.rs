@@ -7,7 +7,6 @@ use crate::{Gpu, GpuError};
 use nephroid_pipeline::Device;
 use nephroid_pipeline::frame::stream_draw;
 use nephroid_pipeline::frame::{Frame, FrameDraw};
-use nephroid_pipeline::shader::flatten_varyings;
 use nephroid_pipeline::state::PrimitiveTopology;
 
 /// Where two versions of a frame part.
@@ -82,7 +81,7 @@ pub fn locate(
         let alone = FrameDraw { elements: start..start + corners, ..draw.clone() };
         let pair = search.before()?;
         let (_, stream) = stream_draw(device, on_cpu, pass, &alone, &pair.expected)?;
-        let floats = 4 + flatten_varyings(&desc.program.varyings).len();
+        let floats = on_cpu.stream_floats(draw.pipeline);
         located.vertices = stream.data.chunks_exact(floats).map(<[f32]>::to_vec).collect();
     }
     Ok(Some(located))
@@ -156,7 +155,7 @@ impl<'a> Search<'a> {
         }
         pair.run(index)?;
         let view = self.failed.view;
-        let info = pair.expected[view.texture.index()].info();
+        let info = pair.expected.texture(view.texture).info();
         let [expected, actual] = pair.surfaces(view);
         let Pixel { x, y, channel, .. } = self.pixel;
         let values = match channel < info.channels {

@@ -20,11 +20,9 @@ pub use picture::{plain_tone, side_by_side};
 pub use vertices::VertexReport;
 
 use super::{Gpu, GpuError, GpuFrame, Vertices};
-use nephroid_pipeline::frame::{Frame, FrameError, TextureId, View};
-use nephroid_pipeline::frame::{initial_textures, pipelines, run_frame_pass, stream_draw};
-use nephroid_pipeline::shader::flatten_varyings;
+use nephroid_pipeline::Device;
+use nephroid_pipeline::frame::{AttachmentView, BufferId, Contents, Frame, FrameError, TextureId, pipelines, run_frame_pass, stream_draw};
 use nephroid_pipeline::state::TextureFormat;
-use nephroid_pipeline::{Device, Texture};
 
 /// What the driver starts each pass from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -54,7 +52,7 @@ pub struct AttachmentReport {
     /// Whether they keep to the bound.
     pub within: bool,
     #[serde(skip)]
-    pub(crate) view: View,
+    pub(crate) view: AttachmentView,
 }
 
 /// A query of a pass: exact on both sides.
@@ -70,6 +68,19 @@ pub struct QueryReport {
     pub actual: u64,
 }
 
+/// How many vertices a pass streamed out to a buffer.
+#[derive(Clone, Debug, Serialize)]
+pub struct StreamReport {
+    /// Number of the pass.
+    pub pass_index: usize,
+    /// The buffer's label.
+    pub buffer: String,
+    /// Vertices by the software GPU.
+    pub expected: u32,
+    /// Vertices by the driver.
+    pub actual: u32,
+}
+
 /// A frame, compared.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
@@ -81,13 +92,15 @@ pub struct Report {
     pub vertices: Vec<VertexReport>,
     /// Occlusion queries that differ.
     pub queries: Vec<QueryReport>,
+    /// Stream-out buffers with different numbers of vertices.
+    pub streams: Vec<StreamReport>,
 }
 
 impl Report {
     /// Whether everything is within its bound.
     #[must_use]
     pub fn agrees(&self) -> bool {
-        self.first_failure().is_none() && self.queries.is_empty() && self.vertices.iter().all(|v| v.within)
+        self.first_failure().is_none() && self.queries.is_empty() && self.streams.is_empty() && self.vertices.iter().all(|v| v.within)
     }
 
     /// The first attachment beyond its bound.
@@ -106,31 +119,33 @@ pub(crate) struct Pair<'a> {
     on_gpu: GpuFrame<'a>,
     gpu_frame: &'a Frame,
     /// What the software GPU has.
-    pub expected: Vec<Texture>,
+    pub expected: Contents,
     /// What the driver has, as last read back.
-    pub actual: Vec<Texture>,
+    pub actual: Contents,
 }
 
 impl<'a> Pair<'a> {
     pub fn new(gpu: &'a Gpu, device: &'a Device, on_cpu: &'a Frame, on_gpu: &'a Frame, mode: Mode) -> Result<Self, GpuError> {
         let pipelines = pipelines(on_cpu).map_err(FrameError::from)?;
-        let expected = initial_textures(on_cpu).map_err(FrameError::from)?;
-        let actual = initial_textures(on_gpu).map_err(FrameError::from)?;
+        let expected = Contents::initial(on_cpu).map_err(FrameError::from)?;
+        let actual = Contents::initial(on_gpu).map_err(FrameError::from)?;
         Ok(Self { device, mode, on_cpu, pipelines, on_gpu: GpuFrame::new(gpu, on_gpu)?, gpu_frame: on_gpu, expected, actual })
     }
 
     /// Runs a pass on both sides and reads the driver's attachments. Returns the queries of both.
     pub fn run(&mut self, index: usize) -> Result<[Vec<u64>; 2], GpuError> {
         let (expected, actual) = (&self.on_cpu.passes[index], &self.gpu_frame.passes[index]);
-        let (vertices, textures) = match self.mode {
-            Mode::FreeRunning => (Vertices::Shaded, &self.actual),
-            Mode::Resynchronised => (Vertices::Pulled, &self.expected),
+        let vertices = match self.mode {
+            Mode::FreeRunning => Vertices::Shaded,
+            Mode::Resynchronised => Vertices::Pulled,
         };
-        let ready = self.on_gpu.prepare(index, 0..actual.draws.len(), vertices, self.device, textures)?;
+        self.on_gpu.stream_pass(index, vertices, self.device, &mut self.actual)?;
+        let contents = if self.mode == Mode::FreeRunning { &self.actual } else { &self.expected };
+        let ready = self.on_gpu.prepare(index, 0..actual.draws.len(), vertices, self.device, contents)?;
         self.on_gpu.run([&ready])?;
         let output = run_frame_pass(self.device, self.on_cpu, &self.pipelines, expected, &mut self.expected, None)?;
         for view in actual.attachments() {
-            self.on_gpu.download(view, &mut self.actual[view.texture.index()])?;
+            self.on_gpu.download(view, &mut self.actual.textures[view.texture.index()])?;
         }
         Ok([output.queries, self.on_gpu.queries(&ready)?])
     }
@@ -145,8 +160,8 @@ impl<'a> Pair<'a> {
                 continue;
             }
             let (_, expected) = stream_draw(self.device, self.on_cpu, pass, draw, &self.expected)?;
-            let actual = self.on_gpu.stream_out(index, number, self.device)?;
-            let stride = 4 + flatten_varyings(&program.varyings).len();
+            let actual = self.on_gpu.stream_out(index, number, self.device, &self.actual)?;
+            let stride = self.on_cpu.stream_floats(draw.pipeline);
             reports.push(VertexReport::new(index, &pass.label, number, stride, &expected.data, &actual));
         }
         Ok(reports)
@@ -158,19 +173,42 @@ impl<'a> Pair<'a> {
             for view in self.on_cpu.passes[index].attachments() {
                 self.upload(view.texture)?;
             }
+            for stream in &self.on_cpu.passes[index].stream_out {
+                self.upload_buffer(stream.buffer)?;
+            }
         }
         Ok(())
     }
 
     fn upload(&mut self, id: TextureId) -> Result<(), GpuError> {
-        self.on_gpu.upload(id, &self.expected[id.index()])?;
-        self.actual[id.index()] = self.expected[id.index()].clone();
+        self.on_gpu.upload(id, self.expected.texture(id))?;
+        self.actual.textures[id.index()] = self.expected.texture(id).clone();
         Ok(())
     }
 
+    fn upload_buffer(&mut self, id: BufferId) -> Result<(), GpuError> {
+        self.on_gpu.upload_buffer(id, self.expected.buffer(id))?;
+        self.actual.buffers[id.index()] = self.expected.buffers[id.index()].clone();
+        self.actual.streamed[id.index()] = self.expected.streamed[id.index()];
+        Ok(())
+    }
+
+    /// What a pass streamed out that differs in length, which its vertices' own reports cannot see.
+    fn streams(&self, index: usize) -> Vec<StreamReport> {
+        let pass = &self.on_cpu.passes[index];
+        let vertices = |contents: &Contents, id: BufferId| contents.streamed[id.index()].vertices;
+        let report = pass.stream_out.iter().map(|stream| StreamReport {
+            pass_index: index,
+            buffer: self.on_cpu.buffers[stream.buffer.index()].label.clone(),
+            expected: vertices(&self.expected, stream.buffer),
+            actual: vertices(&self.actual, stream.buffer),
+        });
+        report.filter(|report| report.expected != report.actual).collect()
+    }
+
     /// Both versions of an attachment.
-    pub fn surfaces(&self, view: View) -> [&nephroid_pipeline::Surface; 2] {
-        [&self.expected, &self.actual].map(|textures| textures[view.texture.index()].surface(view.level, view.layer))
+    pub fn surfaces(&self, view: AttachmentView) -> [&nephroid_pipeline::Surface; 2] {
+        [&self.expected, &self.actual].map(|contents| contents.texture(view.texture).surface(view.level, view.layer))
     }
 }
 
@@ -189,16 +227,17 @@ pub fn crosscheck(
     mut watch: impl FnMut(&AttachmentReport, [&nephroid_pipeline::Surface; 2]),
 ) -> Result<Report, GpuError> {
     let mut pair = Pair::new(gpu, device, on_cpu, on_gpu, mode)?;
-    let mut report = Report { mode, attachments: Vec::new(), vertices: Vec::new(), queries: Vec::new() };
+    let mut report = Report { mode, attachments: Vec::new(), vertices: Vec::new(), queries: Vec::new(), streams: Vec::new() };
     for (index, pass) in on_cpu.passes.iter().enumerate() {
         report.vertices.extend(pair.vertices(index)?);
         let [expected, actual] = pair.run(index)?;
         let queries = expected.into_iter().zip(actual).enumerate().filter(|(_, (e, a))| e != a);
         report.queries.extend(queries.map(|(query, (expected, actual))| QueryReport { pass_index: index, query, expected, actual }));
+        report.streams.extend(pair.streams(index));
         for view in pass.attachments() {
             let number = view.texture.index();
             let desc = &on_cpu.textures[number].desc;
-            let info = pair.expected[number].info();
+            let info = pair.expected.textures[number].info();
             let bound = bound_of(gpu.adapter().family(), mode, &pass.label, &desc.label, info);
             let surfaces = pair.surfaces(view);
             let difference = compare(info, surfaces[0], surfaces[1], bound.tolerance);

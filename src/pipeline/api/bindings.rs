@@ -4,7 +4,7 @@ use bytemuck::AnyBitPattern;
 
 use crate::api::buffer::Buffer;
 use crate::api::sampler::Sampler;
-use crate::api::texture::Texture;
+use crate::api::texture_view::TextureView;
 
 /// One bound thing.
 #[derive(Clone, Copy, Debug)]
@@ -21,7 +21,7 @@ pub enum Binding<'a> {
     /// A read-only storage buffer.
     Storage(&'a Buffer),
     /// A texture.
-    Texture(&'a Texture),
+    Texture(TextureView<'a>),
     /// A sampler.
     Sampler(Sampler),
 }
@@ -90,10 +90,10 @@ impl<'a> Bindings<'a> {
     /// A texture binding.
     #[inline(always)]
     #[must_use]
-    pub fn texture(&self, binding: usize) -> &'a Texture {
-        match self.entries[binding] {
-            Binding::Texture(texture) => texture,
-            other => wrong_kind(binding, "texture", other),
+    pub fn texture(&self, binding: usize) -> &'a TextureView<'a> {
+        match &self.entries[binding] {
+            Binding::Texture(view) => view,
+            other => wrong_kind(binding, "texture", *other),
         }
     }
     /// A sampler binding.

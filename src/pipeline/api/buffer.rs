@@ -41,6 +41,10 @@ impl Buffer {
     pub fn bytes(&self) -> &[u8] {
         &bytemuck::cast_slice(&self.words)[..self.len]
     }
+    /// All bytes, to write to.
+    pub(crate) fn bytes_mut(&mut self) -> &mut [u8] {
+        &mut bytemuck::cast_slice_mut(&mut self.words)[..self.len]
+    }
     /// Length in bytes.
     #[must_use]
     pub fn len(&self) -> usize {

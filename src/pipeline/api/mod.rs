@@ -3,7 +3,7 @@
 //! | Question | File |
 //! |---|---|
 //! | Which state is there, and what may a rasterizer choose? | `state.rs`, `rules.rs` |
-//! | What can a texel hold, and how is it kept? | `format.rs`, `surface.rs`, `texture.rs` |
+//! | What can a texel hold, and how is it kept? | `format.rs`, `surface.rs`, `texture_descriptor.rs`, `texture.rs`, `texture_view.rs` |
 //! | How does a shader read? | `buffer.rs`, `bindings.rs`, `sampler.rs` |
 //! | What is a shader? | [`shader`] |
 //! | What does a pipeline check and work out? | `render_pipeline.rs`, `resolved.rs` |
@@ -27,3 +27,5 @@ pub(crate) mod state;
 pub(crate) mod statistics;
 pub(crate) mod surface;
 pub(crate) mod texture;
+pub(crate) mod texture_descriptor;
+pub(crate) mod texture_view;

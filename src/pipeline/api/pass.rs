@@ -1,16 +1,14 @@
 //! Passes: attachments, draws, and what is counted.
 
 use crate::api::draw::Draw;
-use crate::api::state::{Color, LoadOp, TextureFormat};
+use crate::api::state::{Color, LoadOp};
 use crate::api::statistics::{PipelineStatistics, StreamOutStatistics};
-use crate::api::surface::Surface;
+use crate::api::texture_view::TextureViewMut;
 
 /// A colour attachment.
 pub struct ColorAttachment<'a> {
     /// What is drawn to.
-    pub surface: &'a mut Surface,
-    /// Its format.
-    pub format: TextureFormat,
+    pub view: TextureViewMut<'a>,
     /// What it holds before the first draw. Integer formats take the red number as an integer.
     pub load: LoadOp<Color>,
 }
@@ -18,9 +16,7 @@ pub struct ColorAttachment<'a> {
 /// The depth-stencil attachment.
 pub struct DepthStencilAttachment<'a> {
     /// What is drawn to.
-    pub surface: &'a mut Surface,
-    /// Its format.
-    pub format: TextureFormat,
+    pub view: TextureViewMut<'a>,
     /// Depth before the first draw.
     pub depth_load: LoadOp<f32>,
     /// Stencil before the first draw.

@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use crate::api::draw::{DRAWS_PER_TASK, Draw};
-use crate::api::format::format_info;
 use crate::api::pass::Pass;
 use crate::api::state::{MAX_COLOR_TARGETS, VertexStepMode};
 
@@ -35,8 +34,8 @@ pub enum PassError {
 impl Pass<'_> {
     /// Width and height of the attachments.
     fn size(&self) -> Option<(u32, u32)> {
-        let color = self.color.iter().flatten().map(|a| (a.surface.width, a.surface.height)).next();
-        color.or_else(|| self.depth_stencil.as_ref().map(|a| (a.surface.width, a.surface.height)))
+        let color = self.color.iter().flatten().map(|a| a.view.size()).next();
+        color.or_else(|| self.depth_stencil.as_ref().map(|a| a.view.size()))
     }
 
     /// Checks everything a draw relies on.
@@ -52,15 +51,14 @@ impl Pass<'_> {
             }
             return Err(attachments("no attachment to draw to".into()));
         };
-        let surfaces = self.color.iter().flatten().map(|a| (&*a.surface, a.format));
-        for (surface, format) in surfaces.chain(self.depth_stencil.iter().map(|a| (&*a.surface, a.format))) {
-            if (surface.width, surface.height) != size {
-                let seen = (surface.width, surface.height);
-                return Err(attachments(format!("attachments of {size:?} and {seen:?} pixels; all must have one size")));
+        let color = self.color.iter().flatten().map(|a| (&a.view, false));
+        for (view, is_depth) in color.chain(self.depth_stencil.iter().map(|a| (&a.view, true))) {
+            if view.size() != size {
+                return Err(attachments(format!("attachments of {size:?} and {:?} pixels; all must have one size", view.size())));
             }
-            let fits = format_info(format).is_some_and(|i| i.channels == surface.channels && i.stencil != surface.stencil.is_empty());
-            if !fits {
-                return Err(attachments(format!("the surface does not have the planes of {format:?}")));
+            if is_depth != (view.info().depth || view.info().stencil) {
+                let kind = if is_depth { "the depth-stencil" } else { "a colour" };
+                return Err(attachments(format!("{:?} cannot be {kind} attachment", view.format())));
             }
         }
         self.validate_draws(size).map(|()| size)
@@ -82,13 +80,13 @@ impl Pass<'_> {
         }
         if !desc.rasterizer_discard {
             for slot in 0..self.color.len().max(desc.targets.len()) {
-                let attached = self.color.get(slot).and_then(|a| a.as_ref()).map(|a| a.format);
+                let attached = self.color.get(slot).and_then(|a| a.as_ref()).map(|a| a.view.format());
                 let expected = desc.targets.get(slot).and_then(|t| t.as_ref()).map(|t| t.format);
                 if attached != expected {
                     return Some(format!("target {slot} is {attached:?}, the pipeline writes {expected:?}"));
                 }
             }
-            let attached = self.depth_stencil.as_ref().map(|a| a.format);
+            let attached = self.depth_stencil.as_ref().map(|a| a.view.format());
             let expected = desc.depth_stencil.as_ref().map(|d| d.format);
             if attached != expected {
                 return Some(format!("depth-stencil attachment is {attached:?}, the pipeline expects {expected:?}"));

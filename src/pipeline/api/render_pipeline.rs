@@ -9,7 +9,7 @@ use crate::api::shader::program::Program;
 use crate::api::shader::varying::{Interpolation, flatten_varyings};
 use crate::api::state::{
     ColorTargetState, CompareFunction, DepthStencilState, GeometryTopology, MAX_COLOR_TARGETS, MAX_VARYINGS, PolygonMode, PrimitiveState,
-    PrimitiveTopology, StencilFaceState, TextureFormat, VertexBufferLayout,
+    StencilFaceState, TextureFormat, VertexBufferLayout,
 };
 
 /// Widest line and largest point, in pixels.
@@ -112,11 +112,7 @@ impl RenderPipeline {
             Some(GeometryTopology::Points) => PrimitiveClass::Points,
             Some(GeometryTopology::LineStrip) => PrimitiveClass::Lines,
             Some(GeometryTopology::TriangleStrip) => PrimitiveClass::Triangles,
-            None => match desc.primitive.topology {
-                PrimitiveTopology::PointList => PrimitiveClass::Points,
-                PrimitiveTopology::LineList | PrimitiveTopology::LineStrip => PrimitiveClass::Lines,
-                PrimitiveTopology::TriangleList | PrimitiveTopology::TriangleStrip => PrimitiveClass::Triangles,
-            },
+            None => PrimitiveClass::of(desc.primitive.topology),
         };
         let interpolation = flatten_varyings(&program.varyings);
         let vertex_scalars = program.geometry.as_ref().map_or(interpolation.len(), |g| flatten_varyings(&g.input_varyings).len());

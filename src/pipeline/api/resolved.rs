@@ -1,7 +1,7 @@
 //! Pipeline state as drawing needs it, worked out once per pipeline: depth and stencil, fragments, colour targets, shortcuts.
 
 use crate::api::format::{ChannelKind, Quantizer};
-use crate::api::state::{BlendFactor, BlendState, ColorWrites, CompareFunction, StencilFaceState, StencilOperation};
+use crate::api::state::{BlendFactor, BlendState, ColorWrites, CompareFunction, PrimitiveTopology, StencilFaceState, StencilOperation};
 
 /// Points, lines or triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,6 +15,15 @@ pub enum PrimitiveClass {
 }
 
 impl PrimitiveClass {
+    /// What a topology makes of vertices.
+    #[must_use]
+    pub fn of(topology: PrimitiveTopology) -> Self {
+        match topology {
+            PrimitiveTopology::PointList => Self::Points,
+            PrimitiveTopology::LineList | PrimitiveTopology::LineStrip => Self::Lines,
+            PrimitiveTopology::TriangleList | PrimitiveTopology::TriangleStrip => Self::Triangles,
+        }
+    }
     /// Vertices of a primitive.
     #[must_use]
     pub fn corners(self) -> usize {

@@ -13,7 +13,8 @@ use crate::api::compare::{compare, compare_lanes};
 use crate::api::format::ChannelKind;
 use crate::api::state::CompareFunction;
 use crate::api::surface::{Surface, TILE_PIXELS};
-use crate::api::texture::{Texture, TextureShape};
+use crate::api::texture_descriptor::TextureShape;
+use crate::api::texture_view::TextureView;
 
 /// How a texture is sampled.
 ///
@@ -119,14 +120,14 @@ fn lerp(a: f32, b: f32, t: f32) -> f32 {
 
 /// Filters one level; `read` turns a texel into what is filtered.
 fn sample_one_level(
-    texture: &Texture,
+    texture: &TextureView<'_>,
     sampler: &Sampler,
     site: Site,
     level: u32,
     filter: FilterMode,
     read: &dyn Fn([f32; 4]) -> [f32; 4],
 ) -> [f32; 4] {
-    let (width, height, depth) = texture.desc().level_size(level);
+    let (width, height, depth) = texture.level_size(level);
     let x = axis_taps(filter, sampler.address_mode[0], site.u, width);
     let y = axis_taps(filter, sampler.address_mode[1], site.v, height);
     let plane = |layer: u32| {
@@ -138,7 +139,7 @@ fn sample_one_level(
         let (b, c, d) = (fetch(x.texel[1], y.texel[0]), fetch(x.texel[0], y.texel[1]), fetch(x.texel[1], y.texel[1]));
         std::array::from_fn(|i| lerp(lerp(first[i], b[i], x.weight), lerp(c[i], d[i], x.weight), y.weight))
     };
-    if texture.desc().shape != TextureShape::D3 {
+    if texture.shape() != TextureShape::D3 {
         return plane(site.layer);
     }
     let z = axis_taps(filter, sampler.address_mode[2], site.w, depth);
@@ -147,8 +148,8 @@ fn sample_one_level(
 }
 
 /// Filters between levels as well.
-fn sample_site(texture: &Texture, sampler: &Sampler, site: Site, lod: f32, read: &dyn Fn([f32; 4]) -> [f32; 4]) -> [f32; 4] {
-    let last = texture.desc().mip_level_count - 1;
+fn sample_site(texture: &TextureView<'_>, sampler: &Sampler, site: Site, lod: f32, read: &dyn Fn([f32; 4]) -> [f32; 4]) -> [f32; 4] {
+    let last = texture.mip_level_count() - 1;
     let lod = if lod.is_nan() { 0.0 } else { lod };
     let lod = lod.clamp(sampler.lod_min_clamp, sampler.lod_max_clamp);
     let filter = if lod <= 0.0 { sampler.mag_filter } else { sampler.min_filter };
@@ -197,11 +198,11 @@ fn gather<L: Lanes>(token: L::Token, mut f: impl FnMut(usize) -> [f32; 4]) -> V4
 
 /// Whether [`bilinear`] does what the sampler asks of the texture.
 #[inline(always)]
-fn is_bilinear(texture: &Texture, sampler: &Sampler) -> bool {
-    let desc = texture.desc();
+fn is_bilinear(texture: &TextureView<'_>, sampler: &Sampler) -> bool {
     let linear = sampler.mag_filter == FilterMode::Linear && sampler.min_filter == FilterMode::Linear;
     let clamped = sampler.address_mode[0] == AddressMode::ClampToEdge && sampler.address_mode[1] == AddressMode::ClampToEdge;
-    let plain = desc.mip_level_count == 1 && desc.shape == TextureShape::D2 && !matches!(texture.info().kind, ChannelKind::UnormDepth(_));
+    let plain =
+        texture.mip_level_count() == 1 && texture.shape() == TextureShape::D2 && !matches!(texture.info().kind, ChannelKind::UnormDepth(_));
     linear && clamped && plain
 }
 
@@ -262,7 +263,7 @@ impl<L: Lanes> Footprint<L> {
 
 /// Linear filtering of level 0, clamped to the edge.
 #[inline(always)]
-fn bilinear<L: Lanes>(texture: &Texture, uv: V2<L>, layer: u32) -> V4<L> {
+fn bilinear<L: Lanes>(texture: &TextureView<'_>, uv: V2<L>, layer: u32) -> V4<L> {
     let surface = texture.surface(0, layer);
     let footprint = match surface.channels {
         1 => footprint::<L, 1>(surface, uv),
@@ -279,7 +280,7 @@ fn bilinear<L: Lanes>(texture: &Texture, uv: V2<L>, layer: u32) -> V4<L> {
 
 /// A 2D texture (or one layer of it) at `uv` and level of detail `lod`.
 #[inline(always)]
-pub fn sample_level<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, layer: u32, lod: L) -> V4<L> {
+pub fn sample_level<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, uv: V2<L>, layer: u32, lod: L) -> V4<L> {
     if is_bilinear(texture, sampler) {
         return bilinear(texture, uv, layer);
     }
@@ -292,8 +293,9 @@ pub fn sample_level<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, l
 /// A 2D texture with the level of detail from the derivatives of `uv` per pixel:
 /// `log2(max(|∂uv/∂x · size|, |∂uv/∂y · size|))` [Vulkan spec, image level-of-detail operation, isotropic].
 #[inline(always)]
-pub fn sample_grad<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, layer: u32, ddx: V2<L>, ddy: V2<L>) -> V4<L> {
-    let (width, height) = (texture.desc().width as f32, texture.desc().height as f32);
+pub fn sample_grad<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, uv: V2<L>, layer: u32, ddx: V2<L>, ddy: V2<L>) -> V4<L> {
+    let (width, height, _) = texture.level_size(0);
+    let (width, height) = (width as f32, height as f32);
     let (across, down) = (v2(ddx.x * width, ddx.y * height), v2(ddy.x * width, ddy.y * height));
     let rho_squared = Lanes::max(across.dot(across), down.dot(down));
     let lod = rho_squared.map(|r| if r > 0.0 { 0.5 * libm::log2f(r) } else { -32.0 });
@@ -302,7 +304,7 @@ pub fn sample_grad<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, la
 
 /// A cube map in a direction (any length) at level of detail `lod`. Filtering stays within a face.
 #[inline(always)]
-pub fn sample_cube<L: Lanes>(texture: &Texture, sampler: &Sampler, direction: V3<L>, lod: L) -> V4<L> {
+pub fn sample_cube<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, direction: V3<L>, lod: L) -> V4<L> {
     gather(lod.token(), |i| {
         let site = cube_site([direction.x.lane(i), direction.y.lane(i), direction.z.lane(i)]);
         sample_site(texture, &Sampler { address_mode: [AddressMode::ClampToEdge; 3], ..*sampler }, site, lod.lane(i), &|texel| texel)
@@ -311,7 +313,7 @@ pub fn sample_cube<L: Lanes>(texture: &Texture, sampler: &Sampler, direction: V3
 
 /// A volume at `uvw` and level of detail `lod`.
 #[inline(always)]
-pub fn sample_3d<L: Lanes>(texture: &Texture, sampler: &Sampler, uvw: V3<L>, lod: L) -> V4<L> {
+pub fn sample_3d<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, uvw: V3<L>, lod: L) -> V4<L> {
     gather(lod.token(), |i| {
         let site = Site { u: uvw.x.lane(i), v: uvw.y.lane(i), w: uvw.z.lane(i), layer: 0 };
         sample_site(texture, sampler, site, lod.lane(i), &|texel| texel)
@@ -322,7 +324,7 @@ pub fn sample_3d<L: Lanes>(texture: &Texture, sampler: &Sampler, uvw: V3<L>, lod
 ///
 /// `sampler.compare` must be set; without it every texel passes.
 #[inline(always)]
-pub fn sample_compare<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>, layer: u32, reference: L) -> L {
+pub fn sample_compare<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, uv: V2<L>, layer: u32, reference: L) -> L {
     let function = sampler.compare.unwrap_or(CompareFunction::Always);
     if is_bilinear(texture, sampler) {
         let footprint = footprint::<L, 1>(texture.surface(0, layer), uv);
@@ -344,7 +346,7 @@ pub fn sample_compare<L: Lanes>(texture: &Texture, sampler: &Sampler, uv: V2<L>,
 
 /// Texel at integer coordinates; outside the texture all zeros [WebGPU robust access].
 #[inline(always)]
-pub fn load<L: Lanes>(texture: &Texture, x: L, y: L, layer: u32, level: u32) -> V4<L> {
+pub fn load<L: Lanes>(texture: &TextureView<'_>, x: L, y: L, layer: u32, level: u32) -> V4<L> {
     let surface = texture.surface(level, layer);
     let zero = x.like(0.0);
     let exists = x.ge(zero) & y.ge(zero) & x.lt(x.like(surface.width as f32)) & y.lt(x.like(surface.height as f32));

@@ -1,142 +1,9 @@
 //! Textures: surfaces of one format, by mip level and layer.
 
-use crate::api::format::{ChannelKind, FormatInfo, SUPPORTED_FORMATS, decode_texel, depth_value, encode_texel, format_info};
-use crate::api::state::TextureFormat;
-use crate::api::surface::{Surface, TILE_PIXELS};
-
-/// Largest width or height of a texture.
-pub const MAX_SIZE: u32 = 16384;
-
-/// What shape a texture has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TextureShape {
-    /// Layers of 2D images; one layer for a plain texture.
-    D2,
-    /// Six layers: +X −X +Y −Y +Z −Z.
-    Cube,
-    /// Slices of a volume; each mip level halves the depth as well.
-    D3,
-}
-
-/// What is wrong with a texture's description or data.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum TextureError {
-    /// Zero or too large.
-    #[error("texture `{label}`: size {width}x{height}x{depth} is outside 1..={MAX_SIZE} (depth or layers: 1..=2048)")]
-    Size {
-        /// The texture's label.
-        label: String,
-        /// Width seen.
-        width: u32,
-        /// Height seen.
-        height: u32,
-        /// Depth or layers seen.
-        depth: u32,
-    },
-    /// Not a supported format.
-    #[error("texture `{label}`: format {format:?} is not supported; supported: {}", SUPPORTED_FORMATS)]
-    Format {
-        /// The texture's label.
-        label: String,
-        /// Format seen.
-        format: TextureFormat,
-    },
-    /// More mip levels than the size has.
-    #[error("texture `{label}`: {levels} mip levels, the size allows 1..={allowed}")]
-    MipLevels {
-        /// The texture's label.
-        label: String,
-        /// Levels seen.
-        levels: u32,
-        /// Most that the size allows.
-        allowed: u32,
-    },
-    /// A cube needs six square layers.
-    #[error("texture `{label}`: a cube needs width = height and 6 layers, not {width}x{height}x{depth}")]
-    Cube {
-        /// The texture's label.
-        label: String,
-        /// Width seen.
-        width: u32,
-        /// Height seen.
-        height: u32,
-        /// Layers seen.
-        depth: u32,
-    },
-    /// The bytes given are not the surface's.
-    #[error("texture `{label}`: {seen} bytes given, the surface has {expected}")]
-    Data {
-        /// The texture's label.
-        label: String,
-        /// Bytes seen.
-        seen: usize,
-        /// Bytes expected.
-        expected: usize,
-    },
-}
-
-/// Size, format and shape of a texture.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TextureDescriptor {
-    /// Name in errors and captures.
-    pub label: String,
-    /// Texels across, 1..=16384.
-    pub width: u32,
-    /// Texels down, 1..=16384.
-    pub height: u32,
-    /// Layers, or slices of a volume. Default: 1.
-    pub depth_or_layers: u32,
-    /// Mip levels. Default: 1.
-    pub mip_level_count: u32,
-    /// What a texel holds.
-    pub format: TextureFormat,
-    /// Layers, cube or volume. Default: layers.
-    pub shape: TextureShape,
-}
-
-impl TextureDescriptor {
-    /// One 2D image.
-    pub fn d2(label: impl Into<String>, width: u32, height: u32, format: TextureFormat) -> Self {
-        Self { label: label.into(), width, height, depth_or_layers: 1, mip_level_count: 1, format, shape: TextureShape::D2 }
-    }
-
-    /// The format's facts, if everything about the description is in range.
-    pub fn validate(&self) -> Result<FormatInfo, TextureError> {
-        let Self { width, height, depth_or_layers: depth, .. } = *self;
-        let label = || self.label.clone();
-        if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) || !(1..=2048).contains(&depth) {
-            return Err(TextureError::Size { label: label(), width, height, depth });
-        }
-        if self.shape == TextureShape::Cube && (width != height || depth != 6) {
-            return Err(TextureError::Cube { label: label(), width, height, depth });
-        }
-        let allowed = 32 - width.max(height).leading_zeros();
-        if !(1..=allowed).contains(&self.mip_level_count) {
-            return Err(TextureError::MipLevels { label: label(), levels: self.mip_level_count, allowed });
-        }
-        format_info(self.format).ok_or(TextureError::Format { label: label(), format: self.format })
-    }
-
-    /// Size of a mip level: width, height, and layers or slices.
-    #[must_use]
-    pub fn level_size(&self, level: u32) -> (u32, u32, u32) {
-        let depth = if self.shape == TextureShape::D3 { (self.depth_or_layers >> level).max(1) } else { self.depth_or_layers };
-        ((self.width >> level).max(1), (self.height >> level).max(1), depth)
-    }
-
-    /// Bytes of memory the texture takes, known before it is made. Zero for an unsupported format.
-    #[must_use]
-    pub fn memory_bytes(&self) -> u64 {
-        let Some(info) = format_info(self.format) else { return 0 };
-        let per_tile = (info.channels * 4 + usize::from(info.stencil)) as u64 * TILE_PIXELS as u64;
-        (0..self.mip_level_count)
-            .map(|level| {
-                let (width, height, depth) = self.level_size(level);
-                u64::from(width.div_ceil(64)) * u64::from(height.div_ceil(64)) * u64::from(depth) * per_tile
-            })
-            .sum()
-    }
-}
+use crate::api::format::{FormatInfo, Quantizer, decode_texel, encode_texel, quantize_depth};
+use crate::api::rules::F16Rounding;
+use crate::api::surface::Surface;
+use crate::api::texture_descriptor::{TextureDescriptor, TextureError, TextureShape};
 
 /// A texture: its description and its surfaces, levels outermost.
 #[derive(Clone, Debug, PartialEq)]
@@ -178,8 +45,8 @@ impl Texture {
     pub fn surface(&self, level: u32, layer: u32) -> &Surface {
         &self.surfaces[self.surface_index(level, layer)]
     }
-    /// A surface to draw to; `level` and `layer` are clamped to what exists.
-    pub fn surface_mut(&mut self, level: u32, layer: u32) -> &mut Surface {
+    /// A surface to fill; `level` and `layer` are clamped to what exists.
+    pub(crate) fn surface_mut(&mut self, level: u32, layer: u32) -> &mut Surface {
         let index = self.surface_index(level, layer);
         &mut self.surfaces[index]
     }
@@ -191,25 +58,35 @@ impl Texture {
         (self.level_start[level] + layer as usize).min(end - 1)
     }
 
-    /// What a shader reads from a texel inside the surface: missing channels are 0, missing alpha 1, depth in 0..=1.
-    #[inline(always)]
-    #[must_use]
-    pub fn texel(&self, level: u32, layer: u32, x: u32, y: u32) -> [f32; 4] {
-        let surface = self.surface(level, layer);
-        self.texel_at(surface, surface.plane_index(x as usize, y as usize))
+    /// Writes a texel, each number rounded to what the format can hold (depth clamped to 0..=1; integers are bit patterns); channels that
+    /// the format lacks are left out.
+    ///
+    /// # Panics
+    /// If the texel is outside of the surface.
+    pub fn set_texel(&mut self, level: u32, layer: u32, x: u32, y: u32, values: [f32; 4]) {
+        let info = self.info;
+        let surface = self.surface_mut(level, layer);
+        assert!(x < surface.width && y < surface.height, "texel ({x}, {y}) of {}x{}", surface.width, surface.height);
+        let quantizer = Quantizer::new(info.kind, F16Rounding::NearestEven);
+        for (channel, value) in values.into_iter().enumerate().take(info.channels) {
+            let stored = if info.depth { quantize_depth(info.kind, value.clamp(0.0, 1.0)) } else { quantizer.apply(value, channel) };
+            surface.set(x, y, channel, stored);
+        }
     }
 
-    /// [`Self::texel`] by its place in the planes of one of this texture's surfaces.
-    #[inline(always)]
-    pub(crate) fn texel_at(&self, surface: &Surface, index: usize) -> [f32; 4] {
-        let mut out = [0.0, 0.0, 0.0, 1.0];
-        for (channel, slot) in out.iter_mut().enumerate().take(surface.channels) {
-            *slot = surface.planes[index + channel * TILE_PIXELS];
-        }
-        if let ChannelKind::UnormDepth(_) = self.info.kind {
-            out[0] = depth_value(self.info.kind, out[0]);
-        }
-        out
+    /// Writes the stencil value of a texel; nothing where the format has no stencil.
+    pub fn set_stencil(&mut self, level: u32, layer: u32, x: u32, y: u32, value: u8) {
+        self.surface_mut(level, layer).set_stencil(x, y, value);
+    }
+
+    /// Description, first surface of each level, and surfaces.
+    pub(crate) fn parts(&self) -> (&TextureDescriptor, &[usize], &[Surface]) {
+        (&self.desc, &self.level_start, &self.surfaces)
+    }
+
+    /// The same, to lend surfaces out.
+    pub(crate) fn parts_mut(&mut self) -> (&TextureDescriptor, &[usize], &mut [Surface]) {
+        (&self.desc, &self.level_start, &mut self.surfaces)
     }
 
     /// Fills a surface from the format's bytes, rows top down, tightly packed.

@@ -1,38 +1,96 @@
-//! What a frame's textures hold before the first pass.
+//! What a frame's textures and buffers hold, before its first pass and while it runs.
 
+use std::sync::Arc;
+
+use crate::api::buffer::Buffer;
 use crate::api::format::format_info;
 use crate::api::state::LoadOp;
-use crate::api::texture::{Texture, TextureError};
-use crate::frame::description::{BindEntry, Frame, FrameTexture, Initial, TextureId};
-use crate::frame::executor::FrameError;
+use crate::api::texture::Texture;
+use crate::api::texture_descriptor::TextureError;
+use crate::frame::description::{BufferId, Frame, FrameTexture, Initial, TextureId};
 
-/// Makes a frame's textures, or takes those of the last frame, and puts into them what they hold before the first pass.
-pub(crate) fn prepare_textures(frame: &Frame, textures: &mut Vec<Texture>) -> Result<(), FrameError> {
-    textures.truncate(frame.textures.len());
-    let cleared = cleared_first(frame);
-    for (i, described) in frame.textures.iter().enumerate() {
-        let reusable = textures.get(i).is_some_and(|t| *t.desc() == described.desc);
-        if !reusable {
-            let texture = Texture::new(described.desc.clone())?;
-            if i < textures.len() {
-                textures[i] = texture;
-            } else {
-                textures.push(texture);
-            }
-        }
-        fill_initial(&mut textures[i], described, reusable && !cleared[i])?;
-    }
-    Ok(())
+/// What was streamed out to a buffer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Streamed {
+    /// Bytes from the buffer's start on.
+    pub bytes: usize,
+    /// Vertices.
+    pub vertices: u32,
 }
 
-/// The frame's textures as they are before the first pass.
-pub fn initial_textures(frame: &Frame) -> Result<Vec<Texture>, TextureError> {
-    let filled = |described: &FrameTexture| {
-        let mut texture = Texture::new(described.desc.clone())?;
-        fill_initial(&mut texture, described, false)?;
-        Ok(texture)
-    };
-    frame.textures.iter().map(filled).collect()
+/// What a frame's textures and buffers hold.
+#[derive(Clone, Debug, Default)]
+pub struct Contents {
+    /// By texture number.
+    pub textures: Vec<Texture>,
+    /// By buffer number.
+    pub buffers: Vec<Arc<Buffer>>,
+    /// By buffer number: what passes have streamed out to it.
+    pub streamed: Vec<Streamed>,
+}
+
+impl Contents {
+    /// What there is before the first pass.
+    ///
+    /// # Errors
+    /// If a texture is not possible, or its initial bytes do not fit it.
+    pub fn initial(frame: &Frame) -> Result<Self, TextureError> {
+        let mut contents = Self::default();
+        contents.reset(frame)?;
+        Ok(contents)
+    }
+
+    /// The same, in the textures of an earlier frame as far as they have the same descriptions: fresh pages cost more than drawing.
+    pub(crate) fn reset(&mut self, frame: &Frame) -> Result<(), TextureError> {
+        self.buffers = frame.buffers.iter().map(|buffer| buffer.data.clone()).collect();
+        self.streamed = vec![Streamed::default(); frame.buffers.len()];
+        self.textures.truncate(frame.textures.len());
+        let cleared = cleared_first(frame);
+        for (i, described) in frame.textures.iter().enumerate() {
+            let reusable = self.textures.get(i).is_some_and(|t| *t.desc() == described.desc);
+            if !reusable {
+                let texture = Texture::new(described.desc.clone())?;
+                if i < self.textures.len() {
+                    self.textures[i] = texture;
+                } else {
+                    self.textures.push(texture);
+                }
+            }
+            fill_initial(&mut self.textures[i], described, reusable && !cleared[i])?;
+        }
+        Ok(())
+    }
+
+    /// A texture.
+    #[must_use]
+    pub fn texture(&self, id: TextureId) -> &Texture {
+        &self.textures[id.index()]
+    }
+
+    /// A buffer.
+    #[must_use]
+    pub fn buffer(&self, id: BufferId) -> &Buffer {
+        &self.buffers[id.index()]
+    }
+
+    /// Writes what was streamed out (`vertices` of them) after what the buffer holds, or from its start on.
+    pub fn write_streamed(&mut self, id: BufferId, append: bool, data: &[f32], vertices: u32) {
+        let streamed = &mut self.streamed[id.index()];
+        if !append {
+            *streamed = Streamed::default();
+        }
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        Arc::make_mut(&mut self.buffers[id.index()]).bytes_mut()[streamed.bytes..][..bytes.len()].copy_from_slice(bytes);
+        streamed.bytes += bytes.len();
+        streamed.vertices += vertices;
+    }
+
+    /// Bytes that are left in a buffer for what is streamed out.
+    #[must_use]
+    pub fn stream_room(&self, id: BufferId, append: bool) -> usize {
+        let used = if append { self.streamed[id.index()].bytes } else { 0 };
+        self.buffers[id.index()].len() - used
+    }
 }
 
 /// Puts a texture's initial contents in place; `stale` if it may hold an earlier frame.
@@ -60,6 +118,7 @@ fn fill_initial(texture: &mut Texture, described: &FrameTexture, stale: bool) ->
 }
 
 /// By texture: whether the first thing that happens to it is that a pass clears all of it.
+#[must_use]
 pub fn cleared_first(frame: &Frame) -> Vec<bool> {
     // By texture: nothing has happened yet, or whether it was cleared.
     let mut first: Vec<Option<bool>> =
@@ -77,11 +136,7 @@ pub fn cleared_first(frame: &Frame) -> Vec<bool> {
             let stencil = format.is_none_or(|f| !f.stencil) || matches!(target.stencil_load, LoadOp::Clear(_));
             happens(target.view.texture, depth && stencil);
         }
-        for entry in pass.bind_groups().iter().flat_map(|group| &frame.bind_groups[group.index()].entries) {
-            if let BindEntry::Texture(texture) = entry {
-                happens(*texture, false);
-            }
-        }
+        pass.views_read(frame).for_each(|view| happens(view.texture, false));
     }
     first.into_iter().map(|first| first == Some(true)).collect()
 }

@@ -1,8 +1,7 @@
 //! The CPU executor: runs a frame's passes on the software GPU.
 
-use crate::api::texture::Texture;
 use crate::frame::check::{check_memory, check_references};
-use crate::frame::contents::prepare_textures;
+use crate::frame::contents::Contents;
 use crate::frame::description::Frame;
 use crate::frame::executor::{Executor, FrameError, FrameObserver, FrameOutput};
 use crate::frame::resolve::{pipelines, run_frame_pass};
@@ -12,41 +11,41 @@ use crate::run::device::Device;
 pub struct CpuExecutor {
     device: Device,
     memory_limit_bytes: u64,
-    textures: Vec<Texture>,
+    contents: Contents,
 }
 
 impl CpuExecutor {
     /// An executor on a device that refuses frames above a memory limit (resources and bins).
     #[must_use]
     pub fn new(device: Device, memory_limit_bytes: u64) -> Self {
-        Self { device, memory_limit_bytes, textures: Vec::new() }
+        Self { device, memory_limit_bytes, contents: Contents::default() }
     }
 }
 
 impl Executor for CpuExecutor {
     fn run(&mut self, frame: &Frame, mut observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError> {
-        let Self { device, memory_limit_bytes, textures } = self;
+        let Self { device, memory_limit_bytes, contents } = self;
         // Everything on the device's threads at once: going there for each small pass takes longer than the pass.
         let passes = device.install(|| {
             check_memory(frame, device, *memory_limit_bytes)?;
             check_references(frame)?;
             let pipelines = pipelines(frame)?;
-            prepare_textures(frame, textures)?;
+            contents.reset(frame)?;
             let mut outputs = Vec::with_capacity(frame.passes.len());
             for (index, pass) in frame.passes.iter().enumerate() {
                 let inside = observer.as_deref_mut().and_then(|o| o.pass_begin(index, pass));
                 let output = match (&pass.known, inside) {
                     (Some(known), None) => known.clone(),
-                    (_, inside) => run_frame_pass(device, frame, &pipelines, pass, textures, inside)?,
+                    (_, inside) => run_frame_pass(device, frame, &pipelines, pass, contents, inside)?,
                 };
                 if let Some(observer) = observer.as_deref_mut() {
-                    observer.pass_end(index, pass, textures, &output);
+                    observer.pass_end(index, pass, contents, &output);
                 }
                 outputs.push(output);
             }
             Ok::<_, FrameError>(outputs)
         })?;
-        Ok(FrameOutput { device: &self.device, textures: &self.textures, passes })
+        Ok(FrameOutput { device: &self.device, contents: &self.contents, passes })
     }
 
     fn device(&self) -> &Device {

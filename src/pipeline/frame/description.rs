@@ -9,8 +9,9 @@ use crate::api::pass::PassOutput;
 use crate::api::render_pipeline::RenderPipelineDescriptor;
 use crate::api::rules::RasterRules;
 use crate::api::sampler::Sampler;
+use crate::api::shader::varying::flatten_varyings;
 use crate::api::state::{Color, IndexFormat, LoadOp, PixelRect, Viewport};
-use crate::api::texture::TextureDescriptor;
+use crate::api::texture_descriptor::{TextureDescriptor, TextureViewDescriptor};
 
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
@@ -68,13 +69,29 @@ pub struct FrameTexture {
     pub initial: Initial,
 }
 
-/// A buffer of a frame; read-only to shaders.
+/// A buffer of a frame; read-only to shaders. Stream-out can write to it.
 #[derive(Clone, Debug)]
 pub struct FrameBuffer {
     /// Name in errors and captures.
     pub label: String,
-    /// The bytes, shared so that a frame is cheap to keep.
+    /// The bytes before the first pass, shared so that a frame is cheap to keep.
     pub data: Arc<Buffer>,
+}
+
+/// What a shader reads of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TextureView {
+    /// The texture.
+    pub texture: TextureId,
+    /// Levels, layers, and how they are seen.
+    pub range: TextureViewDescriptor,
+}
+
+impl From<TextureId> for TextureView {
+    /// All of the texture.
+    fn from(texture: TextureId) -> Self {
+        Self { texture, range: TextureViewDescriptor::default() }
+    }
 }
 
 /// One entry of a bind group, by binding number.
@@ -86,10 +103,17 @@ pub enum BindEntry {
     DynamicUniform(BufferId),
     /// A storage buffer.
     Storage(BufferId),
-    /// A texture, all levels and layers.
-    Texture(TextureId),
+    /// A texture.
+    Texture(TextureView),
     /// A sampler.
     Sampler(Sampler),
+}
+
+impl BindEntry {
+    /// A texture, or some levels and layers of one.
+    pub fn texture(view: impl Into<TextureView>) -> Self {
+        Self::Texture(view.into())
+    }
 }
 
 /// Bindings, shared by draws.
@@ -101,7 +125,7 @@ pub struct BindGroup {
 
 /// One level of one layer of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct View {
+pub struct AttachmentView {
     /// The texture.
     pub texture: TextureId,
     /// Mip level.
@@ -110,7 +134,7 @@ pub struct View {
     pub layer: u32,
 }
 
-impl From<TextureId> for View {
+impl From<TextureId> for AttachmentView {
     fn from(texture: TextureId) -> Self {
         Self { texture, level: 0, layer: 0 }
     }
@@ -120,7 +144,7 @@ impl From<TextureId> for View {
 #[derive(Clone, Copy, Debug)]
 pub struct ColorTarget {
     /// What is drawn to.
-    pub view: View,
+    pub view: AttachmentView,
     /// What it holds before the first draw.
     pub load: LoadOp<Color>,
 }
@@ -129,11 +153,22 @@ pub struct ColorTarget {
 #[derive(Clone, Copy, Debug)]
 pub struct DepthTarget {
     /// What is drawn to.
-    pub view: View,
+    pub view: AttachmentView,
     /// Depth before the first draw.
     pub depth_load: LoadOp<f32>,
     /// Stencil before the first draw.
     pub stencil_load: LoadOp<u32>,
+}
+
+/// A buffer that a pass streams primitives out to: per vertex the clip position (4 floats), then the varyings' scalars.
+///
+/// Only whole primitives are written; those for which there is no room are counted and dropped [D3D11.3 §14.5].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StreamOut {
+    /// The buffer, as long as it is.
+    pub buffer: BufferId,
+    /// Whether primitives follow those of earlier passes, instead of replacing them from the buffer's start on.
+    pub append: bool,
 }
 
 /// An index buffer of a draw.
@@ -174,6 +209,10 @@ pub struct FrameDraw {
     pub blend_constant: [f32; 4],
     /// Occlusion query of the pass. Default: none.
     pub query: Option<u32>,
+    /// Stream-out target of the pass that this draw's primitives are appended to. Default: none.
+    pub stream_out: Option<u32>,
+    /// A buffer that passes before this one streamed out to: not more vertices are drawn than they wrote [D3D11 DrawAuto]. Default: none.
+    pub streamed: Option<BufferId>,
 }
 
 impl FrameDraw {
@@ -194,6 +233,8 @@ impl FrameDraw {
             stencil_reference: 0,
             blend_constant: [0.0; 4],
             query: None,
+            stream_out: None,
+            streamed: None,
         }
     }
     /// The same draw with 32-bit indices from a buffer.
@@ -217,6 +258,8 @@ pub struct FramePass {
     pub draws: Vec<FrameDraw>,
     /// Occlusion queries.
     pub query_count: usize,
+    /// Where primitives are streamed out to.
+    pub stream_out: Vec<StreamOut>,
     /// What the pass gives, if it ran while the frame was built and leaves its attachments as they are. Unless somebody looks inside, an executor
     /// need not run it again. Default: not known.
     pub known: Option<PassOutput>,
@@ -225,7 +268,7 @@ pub struct FramePass {
 impl FramePass {
     /// What is drawn to: colour attachments in order, then depth-stencil.
     #[must_use]
-    pub fn attachments(&self) -> Vec<View> {
+    pub fn attachments(&self) -> Vec<AttachmentView> {
         self.color.iter().flatten().map(|t| t.view).chain(self.depth.iter().map(|t| t.view)).collect()
     }
 
@@ -233,6 +276,15 @@ impl FramePass {
     #[must_use]
     pub fn bind_groups(&self) -> BTreeSet<BindGroupId> {
         self.draws.chunk_by(|a, b| a.bind_group == b.bind_group).map(|run| run[0].bind_group).collect()
+    }
+
+    /// The texture views that the draws read, in the order of the bind groups.
+    pub fn views_read<'f>(&self, frame: &'f Frame) -> impl Iterator<Item = &'f TextureView> + use<'f> {
+        let groups = self.bind_groups().into_iter().filter_map(|group| frame.bind_groups.get(group.index()));
+        groups.flat_map(|group| &group.entries).filter_map(|entry| match entry {
+            BindEntry::Texture(view) => Some(view),
+            _ => None,
+        })
     }
 }
 
@@ -278,6 +330,11 @@ impl Frame {
     pub fn bind_group(&mut self, entries: Vec<BindEntry>) -> BindGroupId {
         self.bind_groups.push(BindGroup { entries });
         BindGroupId(self.bind_groups.len() as u32 - 1)
+    }
+    /// Floats per vertex that draws with a pipeline stream out: clip position, then the varyings' scalars.
+    #[must_use]
+    pub fn stream_floats(&self, pipeline: PipelineId) -> usize {
+        4 + flatten_varyings(&self.pipelines[pipeline.index()].program.varyings).len()
     }
     /// The pass of a name.
     #[must_use]

@@ -4,7 +4,9 @@ use crate::api::observer::Observer;
 use crate::api::pass::PassOutput;
 use crate::api::pass_check::PassError;
 use crate::api::render_pipeline::PipelineError;
-use crate::api::texture::{Texture, TextureError};
+use crate::api::texture::Texture;
+use crate::api::texture_descriptor::TextureError;
+use crate::frame::contents::Contents;
 use crate::frame::description::{Frame, FramePass, TextureId};
 use crate::run::device::Device;
 
@@ -52,8 +54,8 @@ pub enum FrameError {
 pub trait FrameObserver: Send {
     /// A pass is about to run. Return an observer to see inside of it.
     fn pass_begin(&mut self, index: usize, pass: &FramePass) -> Option<&mut dyn Observer>;
-    /// A pass has run; `textures` are as it left them.
-    fn pass_end(&mut self, _index: usize, _pass: &FramePass, _textures: &[Texture], _output: &PassOutput) {}
+    /// A pass has run; `contents` are as it left them.
+    fn pass_end(&mut self, _index: usize, _pass: &FramePass, _contents: &Contents, _output: &PassOutput) {}
 }
 
 /// What a frame left behind.
@@ -61,8 +63,8 @@ pub trait FrameObserver: Send {
 pub struct FrameOutput<'a> {
     /// The device of the executor, for work on the textures.
     pub device: &'a Device,
-    /// By texture number.
-    pub textures: &'a [Texture],
+    /// What the frame's textures and buffers hold.
+    pub contents: &'a Contents,
     /// By pass number.
     pub passes: Vec<PassOutput>,
 }
@@ -71,7 +73,7 @@ impl FrameOutput<'_> {
     /// A texture.
     #[must_use]
     pub fn texture(&self, id: TextureId) -> &Texture {
-        &self.textures[id.index()]
+        self.contents.texture(id)
     }
 }
 

@@ -13,11 +13,11 @@ mod memory;
 pub(crate) mod resolve;
 
 pub use check::{check_memory, check_references};
-pub use contents::{cleared_first, initial_textures};
+pub use contents::{Contents, Streamed, cleared_first};
 pub use cpu::CpuExecutor;
 pub use description::{
-    BindEntry, BindGroup, BindGroupId, BufferId, ColorTarget, DepthTarget, Frame, FrameBuffer, FrameDraw, FrameIndex, FramePass,
-    FrameTexture, Initial, PipelineId, TextureId, View,
+    AttachmentView, BindEntry, BindGroup, BindGroupId, BufferId, ColorTarget, DepthTarget, Frame, FrameBuffer, FrameDraw, FrameIndex,
+    FramePass, FrameTexture, Initial, PipelineId, StreamOut, TextureId, TextureView,
 };
 pub use executor::{Executor, FrameError, FrameObserver, FrameOutput};
 pub use memory::MemoryEstimate;

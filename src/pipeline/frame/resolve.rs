@@ -1,5 +1,7 @@
 //! From a frame's numbers to what a pass of the pipeline takes.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use crate::api::bindings::{Binding, Bindings};
@@ -10,8 +12,9 @@ use crate::api::pass::{ColorAttachment, DepthStencilAttachment, Pass, PassOutput
 use crate::api::render_pipeline::{PipelineError, RenderPipeline, RenderPipelineDescriptor};
 use crate::api::resolved::PrimitiveClass;
 use crate::api::state::{PixelRect, Viewport};
-use crate::api::texture::Texture;
-use crate::frame::description::{BindEntry, BufferId, Frame, FrameDraw, FramePass};
+use crate::api::texture_view::{TextureView, TextureViewMut, Unattached};
+use crate::frame::contents::{Contents, Streamed};
+use crate::frame::description::{self, AttachmentView, BindEntry, BufferId, Frame, FrameDraw, FramePass};
 use crate::frame::executor::FrameError;
 use crate::run::device::Device;
 use crate::run::pass::run_pass;
@@ -21,64 +24,8 @@ pub fn pipelines(frame: &Frame) -> Result<Vec<RenderPipeline>, PipelineError> {
     frame.pipelines.iter().map(|desc| RenderPipeline::new(desc.clone(), frame.rules)).collect()
 }
 
-/// Runs one pass on textures as they are. [`check_references`] must have passed.
-pub fn run_frame_pass(
-    device: &Device,
-    frame: &Frame,
-    pipelines: &[RenderPipeline],
-    pass: &FramePass,
-    textures: &mut [Texture],
-    observer: Option<&mut dyn Observer>,
-) -> Result<PassOutput, FrameError> {
-    let views = pass.attachments();
-    let size = target_size(frame, pass);
-    // Attachments are lent out mutably, all other textures shared.
-    let mut attached: Vec<Option<&mut Texture>> = views.iter().map(|_| None).collect();
-    let mut shared: Vec<Option<&Texture>> = Vec::with_capacity(textures.len());
-    for (i, texture) in textures.iter_mut().enumerate() {
-        match views.iter().position(|v| v.texture.index() == i) {
-            Some(slot) => {
-                attached[slot] = Some(texture);
-                shared.push(None);
-            }
-            None => shared.push(Some(&*texture)),
-        }
-    }
-    let groups: Vec<Vec<Binding<'_>>> =
-        frame.bind_groups.iter().map(|group| group.entries.iter().map_while(|entry| resolve(frame, entry, &shared)).collect()).collect();
-    // All draws' vertex buffers in one list, and where each draw's begin: a pass may have a hundred thousand draws without any.
-    let vertex_buffers: Vec<VertexBuffer<'_>> = pass.draws.iter().flat_map(|draw| vertex_buffers(frame, draw)).collect();
-    let starts = pass.draws.iter().scan(0, |next, draw| Some(std::mem::replace(next, *next + draw.vertex_buffers.len())));
-    let starts: Vec<usize> = starts.collect();
-    let resolve_one = |(draw, &start): (&FrameDraw, &usize)| {
-        let bindings = Bindings::new(&groups[draw.bind_group.index()], draw.dynamic_offset as usize);
-        let buffers = &vertex_buffers[start..start + draw.vertex_buffers.len()];
-        resolve_draw(frame, draw, &pipelines[draw.pipeline.index()], bindings, buffers, size)
-    };
-    let draws = device.install(|| pass.draws.par_iter().zip(&starts).with_min_len(DRAWS_PER_TASK).map(resolve_one).collect());
-    let mut lent = attached.into_iter();
-    let mut color = Vec::with_capacity(pass.color.len());
-    for target in &pass.color {
-        color.push(match target {
-            Some(target) => lent.next().flatten().map(|texture| ColorAttachment {
-                format: texture.desc().format,
-                surface: texture.surface_mut(target.view.level, target.view.layer),
-                load: target.load,
-            }),
-            None => None,
-        });
-    }
-    let depth_stencil = pass.depth.as_ref().zip(lent.next().flatten()).map(|(target, texture)| DepthStencilAttachment {
-        format: texture.desc().format,
-        surface: texture.surface_mut(target.view.level, target.view.layer),
-        depth_load: target.depth_load,
-        stencil_load: target.stencil_load,
-    });
-    let mut run = Pass { label: pass.label.clone(), color, depth_stencil, draws, query_count: pass.query_count, stream_out: Vec::new() };
-    Ok(run_pass(device, &mut run, observer)?)
-}
-
 /// Width and height of a pass's attachments.
+#[must_use]
 pub fn target_size(frame: &Frame, pass: &FramePass) -> (u32, u32) {
     pass.attachments().first().map_or((1, 1), |view| {
         let size = frame.textures[view.texture.index()].desc.level_size(view.level);
@@ -86,28 +33,114 @@ pub fn target_size(frame: &Frame, pass: &FramePass) -> (u32, u32) {
     })
 }
 
+/// Runs one pass on contents as they are. [`check_references`](super::check_references) must have passed.
+///
+/// # Errors
+/// If the pass is not valid; nothing has been drawn then.
+pub fn run_frame_pass(
+    device: &Device,
+    frame: &Frame,
+    pipelines: &[RenderPipeline],
+    pass: &FramePass,
+    contents: &mut Contents,
+    observer: Option<&mut dyn Observer>,
+) -> Result<PassOutput, FrameError> {
+    let stream_out = stream_out_targets(pass, contents);
+    let Contents { textures, buffers, streamed } = contents;
+    let views = pass.attachments();
+    let (mut attached, mut rest) = (Vec::new(), Vec::with_capacity(textures.len()));
+    attached.resize_with(views.len(), || None);
+    for (number, texture) in textures.iter_mut().enumerate() {
+        rest.push(lend(texture, number, &views, &mut attached)?);
+    }
+    let source = Source { buffers, streamed, size: target_size(frame, pass) };
+    // A view of what the pass draws to ends its bind group; no draw of the pass reads that.
+    let view = |view: &description::TextureView| rest[view.texture.index()].view(&view.range).ok();
+    let groups: Vec<Vec<Binding<'_>>> = frame.bind_groups.iter().map(|group| source.bind_group(&group.entries, &view)).collect();
+    // All draws' vertex buffers in one list, and where each draw's begin: a pass may have a hundred thousand draws without any.
+    let vertex_buffers: Vec<VertexBuffer<'_>> = pass.draws.iter().flat_map(|draw| source.vertex_buffers(draw)).collect();
+    let starts = pass.draws.iter().scan(0, |next, draw| Some(std::mem::replace(next, *next + draw.vertex_buffers.len())));
+    let starts: Vec<usize> = starts.collect();
+    let resolve_one = |(draw, &start): (&FrameDraw, &usize)| {
+        let bindings = Bindings::new(&groups[draw.bind_group.index()], draw.dynamic_offset as usize);
+        let buffers = &vertex_buffers[start..start + draw.vertex_buffers.len()];
+        source.draw(draw, &pipelines[draw.pipeline.index()], bindings, buffers)
+    };
+    let draws = device.install(|| pass.draws.par_iter().zip(&starts).with_min_len(DRAWS_PER_TASK).map(resolve_one).collect());
+    let mut attached = attached.into_iter();
+    let mut color = Vec::with_capacity(pass.color.len());
+    for target in &pass.color {
+        color.push(target.as_ref().and_then(|target| Some(ColorAttachment { view: attached.next().flatten()?, load: target.load })));
+    }
+    let depth_stencil = pass.depth.as_ref().zip(attached.next().flatten()).map(|(target, view)| DepthStencilAttachment {
+        view,
+        depth_load: target.depth_load,
+        stencil_load: target.stencil_load,
+    });
+    let mut run = Pass { label: pass.label.clone(), color, depth_stencil, draws, query_count: pass.query_count, stream_out };
+    let output = run_pass(device, &mut run, observer)?;
+    let written = std::mem::take(&mut run.stream_out);
+    drop(run);
+    keep_streamed(frame, pass, &written, contents);
+    Ok(output)
+}
+
+/// Lends a texture's attached surfaces to the pass, and gives the others.
+fn lend<'a>(
+    texture: &'a mut crate::api::texture::Texture,
+    number: usize,
+    views: &[AttachmentView],
+    attached: &mut [Option<TextureViewMut<'a>>],
+) -> Result<Unattached<'a>, FrameError> {
+    let places: Vec<usize> = (0..views.len()).filter(|&place| views[place].texture.index() == number).collect();
+    let surfaces: Vec<(u32, u32)> = places.iter().map(|&place| (views[place].level, views[place].layer)).collect();
+    let (lent, rest) = texture.split(&surfaces)?;
+    for (place, view) in places.into_iter().zip(lent) {
+        attached[place] = Some(view);
+    }
+    Ok(rest)
+}
+
+/// Empty stream-out targets with the room that their buffers have.
+fn stream_out_targets(pass: &FramePass, contents: &Contents) -> Vec<StreamOutTarget> {
+    let room = |stream: &description::StreamOut| contents.stream_room(stream.buffer, stream.append) / size_of::<f32>();
+    pass.stream_out.iter().map(|stream| StreamOutTarget { capacity: room(stream), ..StreamOutTarget::default() }).collect()
+}
+
+/// Puts what was streamed out into the buffers.
+fn keep_streamed(frame: &Frame, pass: &FramePass, written: &[StreamOutTarget], contents: &mut Contents) {
+    for (target, (stream, written)) in pass.stream_out.iter().zip(written).enumerate() {
+        let writer = pass.draws.iter().find(|draw| draw.stream_out == Some(target as u32));
+        let floats = writer.map_or(1, |draw| frame.stream_floats(draw.pipeline));
+        contents.write_streamed(stream.buffer, stream.append, &written.data, (written.data.len() / floats) as u32);
+    }
+}
+
 /// Runs the vertex and geometry stages of one draw and returns its primitives. Textures that the draw's pass draws to are not read.
+///
+/// # Errors
+/// If the draw is not valid.
 pub fn stream_draw(
     device: &Device,
     frame: &Frame,
     pass: &FramePass,
     draw: &FrameDraw,
-    textures: &[Texture],
+    contents: &Contents,
 ) -> Result<(PrimitiveClass, StreamOutTarget), FrameError> {
     let described = &frame.pipelines[draw.pipeline.index()];
     let streamed = RenderPipelineDescriptor { targets: Vec::new(), depth_stencil: None, rasterizer_discard: true, ..described.clone() };
     let pipeline = RenderPipeline::new(streamed, frame.rules)?;
-    let shared: Vec<Option<&Texture>> = textures.iter().map(Some).collect();
-    let entries = &frame.bind_groups[draw.bind_group.index()].entries;
-    let group: Vec<Binding<'_>> = entries.iter().map_while(|entry| resolve(frame, entry, &shared)).collect();
+    let source = Source { buffers: &contents.buffers, streamed: &contents.streamed, size: target_size(frame, pass) };
+    let view = |view: &description::TextureView| contents.textures.get(view.texture.index())?.view_of(&view.range).ok();
+    let group = source.bind_group(&frame.bind_groups[draw.bind_group.index()].entries, &view);
     let bindings = Bindings::new(&group, draw.dynamic_offset as usize);
-    let buffers: Vec<VertexBuffer<'_>> = vertex_buffers(frame, draw).collect();
+    let buffers: Vec<VertexBuffer<'_>> = source.vertex_buffers(draw).collect();
     let resolved = Draw {
         query: None,
         stream_out: Some(0),
         // There is no target to be inside of.
         scissor: PixelRect::full(1, 1),
-        ..resolve_draw(frame, draw, &pipeline, bindings, &buffers, target_size(frame, pass))
+        ..source.draw(draw, &pipeline, bindings, &buffers)
     };
     let target = StreamOutTarget { capacity: usize::MAX, ..StreamOutTarget::default() };
     let mut run = Pass { label: pass.label.clone(), draws: vec![resolved], stream_out: vec![target], ..Pass::default() };
@@ -115,44 +148,62 @@ pub fn stream_draw(
     Ok((pipeline.rasterized(), run.stream_out.swap_remove(0)))
 }
 
-fn vertex_buffers<'a>(frame: &'a Frame, draw: &'a FrameDraw) -> impl Iterator<Item = VertexBuffer<'a>> {
-    draw.vertex_buffers.iter().map(|(id, offset)| VertexBuffer { buffer: data(frame, *id), offset: *offset })
-}
-
-/// A frame's draw as the pipeline takes it, to a target of this size.
-fn resolve_draw<'a>(
-    frame: &'a Frame,
-    draw: &FrameDraw,
-    pipeline: &'a RenderPipeline,
-    bindings: Bindings<'a>,
-    vertex_buffers: &'a [VertexBuffer<'a>],
+/// What the draws of a pass are resolved from.
+struct Source<'a> {
+    buffers: &'a [Arc<Buffer>],
+    streamed: &'a [Streamed],
+    /// Of the pass's attachments.
     size: (u32, u32),
-) -> Draw<'a> {
-    Draw {
-        vertex_buffers,
-        index: draw.index.map(|i| IndexBuffer { buffer: data(frame, i.buffer), format: i.format, offset: 0 }),
-        base_vertex: draw.base_vertex,
-        instances: draw.instances.clone(),
-        viewport: draw.viewport.unwrap_or_else(|| Viewport::full(size.0, size.1)),
-        scissor: draw.scissor.unwrap_or_else(|| PixelRect::full(size.0, size.1)),
-        stencil_reference: draw.stencil_reference,
-        blend_constant: draw.blend_constant,
-        query: draw.query,
-        ..Draw::new(pipeline, bindings, draw.elements.clone(), size)
+}
+
+impl<'a> Source<'a> {
+    fn buffer(&self, id: BufferId) -> &'a Buffer {
+        &self.buffers[id.index()]
     }
-}
 
-fn data(frame: &Frame, id: BufferId) -> &Buffer {
-    &frame.buffers[id.index()].data
-}
+    fn vertex_buffers(&self, draw: &FrameDraw) -> impl Iterator<Item = VertexBuffer<'a>> {
+        draw.vertex_buffers.iter().map(|(id, offset)| VertexBuffer { buffer: self.buffer(*id), offset: *offset })
+    }
 
-/// A bind group entry as the pipeline takes it; `None` for a texture that this pass draws to (no draw of the pass reads it).
-fn resolve<'a>(frame: &'a Frame, entry: &BindEntry, shared: &[Option<&'a Texture>]) -> Option<Binding<'a>> {
-    Some(match *entry {
-        BindEntry::Uniform(id, offset) => Binding::Uniform { buffer: data(frame, id), offset, dynamic: false },
-        BindEntry::DynamicUniform(id) => Binding::Uniform { buffer: data(frame, id), offset: 0, dynamic: true },
-        BindEntry::Storage(id) => Binding::Storage(data(frame, id)),
-        BindEntry::Texture(id) => Binding::Texture((*shared.get(id.index())?)?),
-        BindEntry::Sampler(sampler) => Binding::Sampler(sampler),
-    })
+    /// A bind group as the pipeline takes it, up to the first texture that `view` does not give.
+    fn bind_group(&self, entries: &[BindEntry], view: &impl Fn(&description::TextureView) -> Option<TextureView<'a>>) -> Vec<Binding<'a>> {
+        let resolve = |entry: &BindEntry| {
+            Some(match entry {
+                BindEntry::Uniform(id, offset) => Binding::Uniform { buffer: self.buffer(*id), offset: *offset, dynamic: false },
+                BindEntry::DynamicUniform(id) => Binding::Uniform { buffer: self.buffer(*id), offset: 0, dynamic: true },
+                BindEntry::Storage(id) => Binding::Storage(self.buffer(*id)),
+                BindEntry::Texture(of) => Binding::Texture(view(of)?),
+                BindEntry::Sampler(sampler) => Binding::Sampler(*sampler),
+            })
+        };
+        entries.iter().map_while(resolve).collect()
+    }
+
+    /// A frame's draw as the pipeline takes it.
+    fn draw(
+        &self,
+        draw: &FrameDraw,
+        pipeline: &'a RenderPipeline,
+        bindings: Bindings<'a>,
+        vertex_buffers: &'a [VertexBuffer<'a>],
+    ) -> Draw<'a> {
+        let size = self.size;
+        let mut elements = draw.elements.clone();
+        if let Some(buffer) = draw.streamed {
+            elements.end = elements.end.min(elements.start.saturating_add(self.streamed[buffer.index()].vertices));
+        }
+        Draw {
+            vertex_buffers,
+            index: draw.index.map(|i| IndexBuffer { buffer: self.buffer(i.buffer), format: i.format, offset: 0 }),
+            base_vertex: draw.base_vertex,
+            instances: draw.instances.clone(),
+            viewport: draw.viewport.unwrap_or_else(|| Viewport::full(size.0, size.1)),
+            scissor: draw.scissor.unwrap_or_else(|| PixelRect::full(size.0, size.1)),
+            stencil_reference: draw.stencil_reference,
+            blend_constant: draw.blend_constant,
+            query: draw.query,
+            stream_out: draw.stream_out,
+            ..Draw::new(pipeline, bindings, elements, size)
+        }
+    }
 }

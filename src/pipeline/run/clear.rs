@@ -21,7 +21,7 @@ impl Clears {
         let f16 = rules.f16_rounding;
         let color = pass.color.iter().map(|attachment| {
             let attachment = attachment.as_ref()?;
-            let info = format_info(attachment.format)?;
+            let info = format_info(attachment.view.format())?;
             match attachment.load {
                 LoadOp::Clear(c) if info.kind == ChannelKind::Uint32 => Some([f32::from_bits(c.r as u32), 0.0, 0.0, 0.0]),
                 LoadOp::Clear(c) => {
@@ -33,7 +33,7 @@ impl Clears {
             }
         });
         let depth_stencil = pass.depth_stencil.as_ref();
-        let depth = depth_stencil.and_then(|a| match (a.depth_load, format_info(a.format)) {
+        let depth = depth_stencil.and_then(|a| match (a.depth_load, format_info(a.view.format())) {
             (LoadOp::Clear(z), Some(info)) if info.depth => Some(quantize_depth(info.kind, z.clamp(0.0, 1.0))),
             _ => None,
         });

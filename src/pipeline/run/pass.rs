@@ -188,13 +188,13 @@ fn split_tiles<'s>(
         (0..tile_count).map(|_| TileTargets { color: [const { None }; MAX_COLOR_TARGETS], depth: None, stencil: None }).collect();
     for (slot, attachment) in color.iter_mut().enumerate() {
         let Some(attachment) = attachment else { continue };
-        let per_tile = attachment.surface.channels * TILE_PIXELS;
-        for (tile, planes) in tiles.iter_mut().zip(attachment.surface.planes.chunks_exact_mut(per_tile)) {
+        let per_tile = attachment.view.surface.channels * TILE_PIXELS;
+        for (tile, planes) in tiles.iter_mut().zip(attachment.view.surface.planes.chunks_exact_mut(per_tile)) {
             tile.color[slot] = Some(planes);
         }
     }
     if let Some(attachment) = depth_stencil {
-        let surface = &mut *attachment.surface;
+        let surface = &mut *attachment.view.surface;
         for (tile, plane) in tiles.iter_mut().zip(surface.planes.chunks_exact_mut(TILE_PIXELS)) {
             tile.depth = Some(plane);
         }

@@ -7,7 +7,7 @@ use crate::api::bindings::Bindings;
 use crate::api::shader::varying::Interpolation;
 use crate::api::state::MAX_COLOR_TARGETS;
 use crate::api::surface::TILE_PIXELS;
-use crate::api::texture::Texture;
+use crate::api::texture_view::TextureView;
 
 /// The planes and numbers that a primitive's varyings are interpolated from.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -189,7 +189,7 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
     /// One channel of the texel at the fragment's own pixel, level 0, layer 0. The texture covers the target.
     #[inline(always)]
     #[must_use]
-    pub fn texel_here(&self, texture: &Texture, channel: usize) -> L {
+    pub fn texel_here(&self, texture: &TextureView<'_>, channel: usize) -> L {
         let surface = texture.surface(0, 0);
         let (x, y) = (self.pixel.0 as usize, self.pixel.1 as usize);
         if L::LEN == 16 {
@@ -202,7 +202,7 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
     /// The first three channels of the texel at the fragment's own pixel.
     #[inline(always)]
     #[must_use]
-    pub fn texel3_here(&self, texture: &Texture) -> V3<L> {
+    pub fn texel3_here(&self, texture: &TextureView<'_>) -> V3<L> {
         let surface = texture.surface(0, 0);
         let (x, y) = (self.pixel.0 as usize, self.pixel.1 as usize);
         // A block starts at its first pixel.

@@ -1,0 +1,252 @@
+//! Descriptions of textures and of views of them.
+
+use std::ops::Range;
+
+use crate::api::format::{FormatInfo, SUPPORTED_FORMATS, format_info};
+use crate::api::state::TextureFormat;
+use crate::api::surface::TILE_PIXELS;
+
+/// Largest width or height of a texture.
+pub const MAX_SIZE: u32 = 16384;
+
+/// What shape a texture has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureShape {
+    /// Layers of 2D images; one layer for a plain texture.
+    D2,
+    /// Six layers: +X −X +Y −Y +Z −Z.
+    Cube,
+    /// Slices of a volume; each mip level halves the depth as well.
+    D3,
+}
+
+/// What is wrong with a texture's description or data.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TextureError {
+    /// Zero or too large.
+    #[error("texture `{label}`: size {width}x{height}x{depth} is outside 1..={MAX_SIZE} (depth or layers: 1..=2048)")]
+    Size {
+        /// The texture's label.
+        label: String,
+        /// Width seen.
+        width: u32,
+        /// Height seen.
+        height: u32,
+        /// Depth or layers seen.
+        depth: u32,
+    },
+    /// Not a supported format.
+    #[error("texture `{label}`: format {format:?} is not supported; supported: {}", SUPPORTED_FORMATS)]
+    Format {
+        /// The texture's label.
+        label: String,
+        /// Format seen.
+        format: TextureFormat,
+    },
+    /// More mip levels than the size has.
+    #[error("texture `{label}`: {levels} mip levels, the size allows 1..={allowed}")]
+    MipLevels {
+        /// The texture's label.
+        label: String,
+        /// Levels seen.
+        levels: u32,
+        /// Most that the size allows.
+        allowed: u32,
+    },
+    /// A cube needs six square layers.
+    #[error("texture `{label}`: a cube needs width = height and 6 layers, not {width}x{height}x{depth}")]
+    Cube {
+        /// The texture's label.
+        label: String,
+        /// Width seen.
+        width: u32,
+        /// Height seen.
+        height: u32,
+        /// Layers seen.
+        depth: u32,
+    },
+    /// The bytes given are not the surface's.
+    #[error("texture `{label}`: {seen} bytes given, the surface has {expected}")]
+    Data {
+        /// The texture's label.
+        label: String,
+        /// Bytes seen.
+        seen: usize,
+        /// Bytes expected.
+        expected: usize,
+    },
+    /// A view that the texture cannot give.
+    #[error("texture `{label}` with {levels} levels and {layers} layers cannot be seen as {view:?}")]
+    View {
+        /// The texture's label.
+        label: String,
+        /// The view.
+        view: TextureViewDescriptor,
+        /// Levels that there are.
+        levels: u32,
+        /// Layers that there are; 1 for a volume.
+        layers: u32,
+    },
+    /// A view shows a surface that the same pass draws to.
+    #[error("texture `{label}`: level {level} of layer {layer} is read and drawn to at once")]
+    DrawnTo {
+        /// The texture's label.
+        label: String,
+        /// Mip level.
+        level: u32,
+        /// Layer or slice.
+        layer: u32,
+    },
+    /// A surface that cannot be drawn to.
+    #[error("texture `{label}`: level {level} of layer {layer} {}", if *twice { "is attached twice" } else { "does not exist" })]
+    Attachment {
+        /// The texture's label.
+        label: String,
+        /// Mip level.
+        level: u32,
+        /// Layer or slice.
+        layer: u32,
+        /// Whether it exists, and was named twice.
+        twice: bool,
+    },
+}
+
+/// Size, format and shape of a texture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TextureDescriptor {
+    /// Name in errors and captures.
+    pub label: String,
+    /// Texels across, 1..=16384.
+    pub width: u32,
+    /// Texels down, 1..=16384.
+    pub height: u32,
+    /// Layers, or slices of a volume. Default: 1.
+    pub depth_or_layers: u32,
+    /// Mip levels. Default: 1.
+    pub mip_level_count: u32,
+    /// What a texel holds.
+    pub format: TextureFormat,
+    /// Layers, cube or volume. Default: layers.
+    pub shape: TextureShape,
+}
+
+impl TextureDescriptor {
+    /// One 2D image.
+    pub fn d2(label: impl Into<String>, width: u32, height: u32, format: TextureFormat) -> Self {
+        Self { label: label.into(), width, height, depth_or_layers: 1, mip_level_count: 1, format, shape: TextureShape::D2 }
+    }
+
+    /// The format's facts, if everything about the description is in range.
+    pub fn validate(&self) -> Result<FormatInfo, TextureError> {
+        let Self { width, height, depth_or_layers: depth, .. } = *self;
+        let label = || self.label.clone();
+        if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) || !(1..=2048).contains(&depth) {
+            return Err(TextureError::Size { label: label(), width, height, depth });
+        }
+        if self.shape == TextureShape::Cube && (width != height || depth != 6) {
+            return Err(TextureError::Cube { label: label(), width, height, depth });
+        }
+        let allowed = 32 - width.max(height).leading_zeros();
+        if !(1..=allowed).contains(&self.mip_level_count) {
+            return Err(TextureError::MipLevels { label: label(), levels: self.mip_level_count, allowed });
+        }
+        format_info(self.format).ok_or(TextureError::Format { label: label(), format: self.format })
+    }
+
+    /// Size of a mip level: width, height, and layers or slices.
+    #[must_use]
+    pub fn level_size(&self, level: u32) -> (u32, u32, u32) {
+        let depth = if self.shape == TextureShape::D3 { (self.depth_or_layers >> level).max(1) } else { self.depth_or_layers };
+        ((self.width >> level).max(1), (self.height >> level).max(1), depth)
+    }
+
+    /// Bytes of memory the texture takes, known before it is made. Zero for an unsupported format.
+    #[must_use]
+    pub fn memory_bytes(&self) -> u64 {
+        let Some(info) = format_info(self.format) else { return 0 };
+        let per_tile = (info.channels * 4 + usize::from(info.stencil)) as u64 * TILE_PIXELS as u64;
+        (0..self.mip_level_count)
+            .map(|level| {
+                let (width, height, depth) = self.level_size(level);
+                u64::from(width.div_ceil(64)) * u64::from(height.div_ceil(64)) * u64::from(depth) * per_tile
+            })
+            .sum()
+    }
+}
+
+/// Which levels and layers of a texture a view shows. Default: all.
+///
+/// WebGPU: [`GPUTextureViewDescriptor`](https://www.w3.org/TR/webgpu/#dictdef-gputextureviewdescriptor). Levels and layers of a view count from
+/// its own first one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TextureViewDescriptor {
+    /// First mip level. Default: 0.
+    pub base_mip_level: u32,
+    /// Mip levels; `None` for all that follow. Default: `None`.
+    pub mip_level_count: Option<u32>,
+    /// First layer; 0 for a volume, whose slices are always seen together. Default: 0.
+    pub base_array_layer: u32,
+    /// Layers; `None` for all that follow. Default: `None`.
+    pub array_layer_count: Option<u32>,
+    /// How the layers are seen: as images or as the faces of a cube. Default: as the texture's own shape says.
+    pub shape: Option<TextureShape>,
+}
+
+impl TextureViewDescriptor {
+    /// One mip level, all layers.
+    #[must_use]
+    pub fn level(level: u32) -> Self {
+        Self { base_mip_level: level, mip_level_count: Some(1), ..Self::default() }
+    }
+    /// One layer as an image, all levels.
+    #[must_use]
+    pub fn layer(layer: u32) -> Self {
+        Self { base_array_layer: layer, array_layer_count: Some(1), shape: Some(TextureShape::D2), ..Self::default() }
+    }
+}
+
+/// A view's levels, layers and shape, checked against its texture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ViewRange {
+    /// Mip levels of the texture.
+    pub levels: Range<u32>,
+    /// Layers of the texture; for a volume `0..1`, which stands for all slices.
+    pub layers: Range<u32>,
+    /// How the layers are seen.
+    pub shape: TextureShape,
+}
+
+impl ViewRange {
+    /// Whether the view shows this surface.
+    #[must_use]
+    pub fn contains(&self, level: u32, layer: u32) -> bool {
+        self.levels.contains(&level) && (self.shape == TextureShape::D3 || self.layers.contains(&layer))
+    }
+}
+
+impl TextureDescriptor {
+    /// What a view shows.
+    ///
+    /// # Errors
+    /// If it reaches beyond the texture's levels or layers, or its shape does not fit them.
+    pub fn view_range(&self, view: &TextureViewDescriptor) -> Result<ViewRange, TextureError> {
+        let shape = view.shape.unwrap_or(self.shape);
+        let volume = self.shape == TextureShape::D3;
+        let all_layers = if volume { 1 } else { self.depth_or_layers };
+        let range = |first: u32, count: Option<u32>, all: u32| {
+            let end = count.map_or(all, |count| first.saturating_add(count));
+            (first < end && end <= all).then_some(first..end)
+        };
+        let levels = range(view.base_mip_level, view.mip_level_count, self.mip_level_count);
+        let layers = range(view.base_array_layer, view.array_layer_count, all_layers);
+        let fits = |layers: &Range<u32>| match shape {
+            TextureShape::D2 => !volume,
+            TextureShape::D3 => volume,
+            TextureShape::Cube => !volume && layers.len() == 6 && self.width == self.height,
+        };
+        match (levels, layers) {
+            (Some(levels), Some(layers)) if fits(&layers) => Ok(ViewRange { levels, layers, shape }),
+            _ => Err(TextureError::View { label: self.label.clone(), view: *view, levels: self.mip_level_count, layers: all_layers }),
+        }
+    }
+}
