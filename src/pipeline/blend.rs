@@ -4,7 +4,7 @@ use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
 
 use nephroid_math::lanes::Lanes;
 
-use super::format::{ChannelKind, FormatInfo, Quantizer};
+use super::format::{FormatInfo, Quantizer};
 use super::state::{ADDITIVE, BlendComponent, BlendFactor, BlendOperation, BlendState, ColorTargetState, ColorWrites, F16Rounding};
 use super::texture::TILE_PIXELS;
 
@@ -25,7 +25,7 @@ pub(super) struct TargetPlan {
 
 impl TargetPlan {
     pub fn new(state: &ColorTargetState, info: FormatInfo, f16: F16Rounding) -> Self {
-        let clamp = matches!(info.kind, ChannelKind::Unorm8 | ChannelKind::Srgb8);
+        let clamp = info.kind.clamps_blending();
         let quantizer = Quantizer::new(info.kind, f16);
         let all = (1u32 << info.channels) - 1;
         let exact = quantizer == Quantizer::Exact && state.write_mask.bits() & all == all;

@@ -25,6 +25,7 @@ mod fast_path;
 mod fetch;
 mod format;
 pub mod frame;
+mod implicit_lod;
 mod observer;
 mod outline;
 mod pass;
@@ -50,9 +51,10 @@ pub use bindings::{Binding, BindingKind, Bindings, Buffer};
 pub use depth_stencil::{compare, stencil_operation};
 pub use fetch::VertexBuffer;
 pub use format::{
-    ChannelKind, FormatInfo, Quantizer, SUPPORTED_FORMATS, decode_texel, depth_value, encode_texel, f16_to_f32, f32_to_f16, format_info,
-    linear_to_srgb8, quantize_depth, srgb8_to_linear,
+    ChannelKind, FORMATS, FormatInfo, Quantizer, SUPPORTED_FORMATS, decode_texel, depth_value, encode_texel, f16_to_f32, f32_to_f16,
+    f32_to_ufloat, format_info, format_name, linear_to_srgb8, quantize_depth, srgb8_to_linear, ufloat_to_f32,
 };
+pub use implicit_lod::{Coordinates, FragmentPlace};
 pub use observer::{FragmentEvent, FragmentOutcome, Observer, PrimitiveEvent, PrimitiveOutcome};
 pub use pass::{
     ColorAttachment, DepthStencilAttachment, Device, DeviceError, DeviceOptions, Draw, LoadOp, Pass, PassError, PassOutput,

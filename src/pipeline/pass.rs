@@ -15,7 +15,7 @@ use super::assemble::{Assembly, IndexBuffer};
 use super::bindings::Bindings;
 use super::chunk::{ChunkContext, ChunkOutput, Streamed, process_chunk};
 use super::fetch::VertexBuffer;
-use super::format::{ChannelKind, Quantizer, format_info, quantize_depth};
+use super::format::{format_info, quantize_depth};
 use super::observer::{Observer, reborrow};
 pub use super::pass_check::PassError;
 use super::plan::{assembly_of, geometry_weight, plan};
@@ -408,12 +408,7 @@ impl Clears {
             let attachment = attachment.as_ref()?;
             let info = format_info(attachment.format)?;
             match attachment.load {
-                LoadOp::Clear(c) if info.kind == ChannelKind::Uint32 => Some([f32::from_bits(c.r as u32), 0.0, 0.0, 0.0]),
-                LoadOp::Clear(c) => {
-                    let quantizer = Quantizer::new(info.kind, f16);
-                    let values = [c.r, c.g, c.b, c.a];
-                    Some(std::array::from_fn(|i| quantizer.apply(values[i] as f32, i)))
-                }
+                LoadOp::Clear(c) => Some(info.clear_value(c, f16)),
                 _ => None,
             }
         });

@@ -221,8 +221,8 @@ impl RenderPipeline {
                 Ok(info) => info,
                 Err(what) => return fail(format!("target {slot}: {what}")),
             };
-            if info.kind == ChannelKind::Uint32 && state.blend.is_some() {
-                return fail(format!("target {slot}: {:?} cannot be blended", state.format));
+            if !info.blendable && state.blend.is_some() {
+                return fail(format!("target {slot}: {:?} cannot be blended: it holds integers", state.format));
             }
             if let Some(blend) = state.blend {
                 let factors = [blend.color.src_factor, blend.color.dst_factor, blend.alpha.src_factor, blend.alpha.dst_factor];
@@ -316,6 +316,7 @@ impl RenderPipeline {
 
 fn color_info(format: TextureFormat) -> Result<FormatInfo, String> {
     match format_info(format) {
+        Some(info) if !info.renderable => Err(format!("{format:?} cannot be a colour target, only a texture that shaders read")),
         Some(info) if !info.depth && !info.stencil => Ok(info),
         _ => Err(format!("{format:?} cannot be a colour target; supported: {SUPPORTED_FORMATS}")),
     }

@@ -217,20 +217,20 @@ impl Surface {
 
     /// What the rows of lanes give to [`Self::plane_index`].
     #[inline(always)]
-    pub(super) fn row_indices<L: Lanes>(&self, y: L) -> [u32; 16] {
-        let mut rows = y.to_indices();
+    pub(super) fn row_indices<L: Lanes>(&self, y: L) -> [i32; 16] {
+        let mut rows = y.to_i32();
         for row in &mut rows {
-            *row = self.row_index(*row as usize) as u32;
+            *row = self.row_index(*row as usize) as i32;
         }
         rows
     }
 
     /// What the columns of lanes give to [`Self::plane_index`].
     #[inline(always)]
-    pub(super) fn column_indices<L: Lanes>(&self, x: L) -> [u32; 16] {
-        let mut columns = x.to_indices();
+    pub(super) fn column_indices<L: Lanes>(&self, x: L) -> [i32; 16] {
+        let mut columns = x.to_i32();
         for column in &mut columns {
-            *column = self.column_index(*column as usize) as u32;
+            *column = self.column_index(*column as usize) as i32;
         }
         columns
     }
@@ -326,6 +326,7 @@ impl Texture {
     }
 
     /// What a shader reads from a texel inside the surface: missing channels are 0, missing alpha 1, depth in 0..=1.
+    /// Of integer formats all four are bit patterns of integers.
     #[inline(always)]
     #[must_use]
     pub fn texel(&self, level: u32, layer: u32, x: u32, y: u32) -> [f32; 4] {
@@ -336,7 +337,7 @@ impl Texture {
     /// [`Self::texel`] by its place in the planes of one of this texture's surfaces.
     #[inline(always)]
     pub(super) fn texel_at(&self, surface: &Surface, index: usize) -> [f32; 4] {
-        let mut out = [0.0, 0.0, 0.0, 1.0];
+        let mut out = [0.0, 0.0, 0.0, self.info.kind.missing_alpha()];
         for (channel, slot) in out.iter_mut().enumerate().take(surface.channels) {
             *slot = surface.planes[index + channel * TILE_PIXELS];
         }
@@ -395,8 +396,10 @@ impl Texture {
         (0..surface.height).flat_map(|y| (0..surface.width).map(move |x| surface.get(x, y, channel))).collect()
     }
 
-    /// Fills mip levels 1.. by averaging 2x2 texels (2x2x2 in a volume) of the level above; odd edges repeat the last texel.
+    /// Fills mip levels 1.. by averaging 2x2 texels (2x2x2 in a volume) of the level above, rounded to what the format can hold; odd edges repeat
+    /// the last texel. Integers have no mean: the first of the texels is taken.
     pub fn generate_mips(&mut self) {
+        let mut bytes = Vec::new();
         for level in 1..self.desc.mip_level_count {
             let (width, height, depth) = self.desc.level_size(level);
             let (above_width, above_height, above_depth) = self.desc.level_size(level - 1);
@@ -408,7 +411,12 @@ impl Texture {
                 };
                 for y in 0..height {
                     for x in 0..width {
-                        for channel in 0..self.info.channels {
+                        let mut mean = [0.0; 4];
+                        for (channel, mean) in mean.iter_mut().enumerate().take(self.info.channels) {
+                            if self.info.kind.is_integer() {
+                                *mean = self.surface(level - 1, layers[0]).get(2 * x, 2 * y, channel);
+                                continue;
+                            }
                             let mut sum = 0.0;
                             for &from in layers {
                                 let above = self.surface(level - 1, from);
@@ -417,8 +425,13 @@ impl Texture {
                                     sum += above.get(sx, sy, channel);
                                 }
                             }
-                            let mean = sum / (4 * layers.len()) as f32;
-                            self.surface_mut(level, layer).set(x, y, channel, mean);
+                            *mean = sum / (4 * layers.len()) as f32;
+                        }
+                        bytes.clear();
+                        encode_texel(self.info, &mean, &mut bytes);
+                        let rounded = decode_texel(self.info, &bytes);
+                        for (channel, &value) in rounded.iter().enumerate().take(self.info.channels) {
+                            self.surface_mut(level, layer).set(x, y, channel, value);
                         }
                     }
                 }
