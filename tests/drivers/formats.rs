@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nephroid::frame::cpu::{initial_textures, pipelines, run_frame_pass};
-use nephroid::frame::{BindEntry, ColorTarget, Frame, FrameDraw, FramePass, TextureId};
+use nephroid::frame::{BindEntry, ColorTarget, Frame, FrameDraw, FramePass};
 use nephroid::gpu::crosscheck::relative;
 use nephroid::gpu::{Family, Gpu, GpuFrame, Vertices, adapters};
 use nephroid::math::lanes::Lanes;
@@ -146,9 +146,8 @@ fn draw_on_both(gpu: &Gpu, device: &Device, contents: &Texture, sampler: Option<
         draws: vec![FrameDraw::new(pipeline, group, 0..3)],
         ..FramePass::default()
     });
-    let put = |id: TextureId, textures: &mut Vec<Texture>| textures[id.index()] = contents.clone();
     let mut expected = initial_textures(&frame).expect("valid textures");
-    put(texture, &mut expected);
+    expected[texture.index()] = contents.clone();
     let mut actual = expected.clone();
     run_frame_pass(device, &frame, &pipelines(&frame).expect("valid"), &frame.passes[0], &mut expected, None).expect("valid");
     let mut on_gpu = GpuFrame::new(gpu, &frame).expect("the driver can hold it");

@@ -109,7 +109,7 @@ fn all_are(canvas: &Canvas, channel: usize, expected: f32, tolerance: f32, what:
 
 #[test]
 fn minification_by_a_power_of_two_selects_its_level() {
-    let texture = chain(|level, ..| level as f32);
+    let texture = chain(|level, _, _| level as f32);
     let linear = repeating(FilterMode::Linear);
     for device in [device(), scalar_device()] {
         for k in 0..=6u8 {
@@ -124,7 +124,7 @@ fn minification_by_a_power_of_two_selects_its_level() {
             // Half-way, both levels have half a share.
             let between = scale * std::f32::consts::SQRT_2;
             let expected = (f32::from(k) + 0.5).min(6.0);
-            all_are(&drawn(device, Ways, &texture, linear, &plane(between, between)), 0, expected, 1.0e-5, "between");
+            all_are(&drawn(device, Ways, &texture, linear, &plane(between, between)), 0, expected, 5.0e-5, "between");
             // A nearest filter between levels changes there.
             let nearest = repeating(FilterMode::Nearest);
             for (share, level) in [(1.40, k), (1.43, (k + 1).min(6))] {
@@ -158,7 +158,7 @@ fn a_checker_goes_grey_from_the_first_level_on() {
 
 #[test]
 fn bias_comes_before_the_clamps() {
-    let texture = chain(|level, ..| level as f32);
+    let texture = chain(|level, _, _| level as f32);
     for device in [device(), scalar_device()] {
         let linear = repeating(FilterMode::Linear);
         let canvas = drawn(device, Ways, &texture, linear, &plane(4.0, 4.0));
@@ -177,7 +177,7 @@ fn bias_comes_before_the_clamps() {
 
 #[test]
 fn computed_coordinates_have_the_derivatives_of_their_quad() {
-    let texture = chain(|level, ..| level as f32);
+    let texture = chain(|level, _, _| level as f32);
     for device in [device(), scalar_device()] {
         let canvas = drawn(device, Ways, &texture, repeating(FilterMode::Linear), &plane(1.0, 1.0));
         for x in 0..SIDE {
@@ -221,7 +221,8 @@ fn all_ways_and_widths_give_the_same_bits() {
     assert_eq!(first_difference(SIDE, &implicit, &computed), None, "varyings and computed coordinates");
     // The levels are of all kinds, and a texture without them would look otherwise.
     let levels = definition.channel(1, 1);
-    assert!(levels.iter().any(|l| *l < 0.0) && levels.iter().any(|l| *l > 3.0));
+    let [least, greatest] = [levels.iter().copied().fold(9.0, f32::min), levels.iter().copied().fold(-9.0, f32::max)];
+    assert!(greatest - least > 3.0, "levels from {least} to {greatest}");
     assert!(difference_count(&implicit, &definition.channel(0, 3)) > 500, "a bias shows");
     for canvas in [
         drawn(device(), Ways, &texture, sampler, &list),
