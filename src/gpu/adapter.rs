@@ -6,12 +6,13 @@ use super::GpuError;
 use nephroid_pipeline::state::RasterRules;
 
 /// The features that frames can ask for, with the names that wgpu gives them.
-pub(super) const FEATURES: [(wgpu::Features, &str); 5] = [
+pub(super) const FEATURES: [(wgpu::Features, &str); 6] = [
     (wgpu::Features::FLOAT32_BLENDABLE, "FLOAT32_BLENDABLE"),
     (wgpu::Features::FLOAT32_FILTERABLE, "FLOAT32_FILTERABLE"),
     (wgpu::Features::DEPTH_CLIP_CONTROL, "DEPTH_CLIP_CONTROL"),
     (wgpu::Features::DEPTH32FLOAT_STENCIL8, "DEPTH32FLOAT_STENCIL8"),
     (wgpu::Features::DUAL_SOURCE_BLENDING, "DUAL_SOURCE_BLENDING"),
+    (wgpu::Features::RG11B10UFLOAT_RENDERABLE, "RG11B10UFLOAT_RENDERABLE"),
 ];
 
 /// A driver and the device that it drives.

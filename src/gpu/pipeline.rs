@@ -111,6 +111,9 @@ fn counter_target(query: Option<u32>, k: u32) -> ColorTargetState {
 
 fn require_features(gpu: &Gpu, desc: &RenderPipelineDescriptor) -> Result<(), GpuError> {
     for target in desc.targets.iter().flatten() {
+        if target.format == TextureFormat::Rg11b10Ufloat {
+            gpu.require(wgpu::Features::RG11B10UFLOAT_RENDERABLE, &desc.label)?;
+        }
         let Some(blend) = target.blend else { continue };
         if matches!(target.format, TextureFormat::R32Float | TextureFormat::Rg32Float | TextureFormat::Rgba32Float) {
             gpu.require(wgpu::Features::FLOAT32_BLENDABLE, &desc.label)?;

@@ -18,6 +18,10 @@ impl Gpu {
         if desc.format == TextureFormat::Depth32FloatStencil8 {
             self.require(wgpu::Features::DEPTH32FLOAT_STENCIL8, &desc.label)?;
         }
+        let mut usage = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::TEXTURE_BINDING;
+        if self.can_draw_to(desc.format) {
+            usage |= wgpu::TextureUsages::RENDER_ATTACHMENT;
+        }
         self.checked(&format!("making texture `{}`", desc.label), || {
             self.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(&desc.label),
@@ -26,13 +30,17 @@ impl Gpu {
                 sample_count: 1,
                 dimension: if volume { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 },
                 format: desc.format,
-                usage: wgpu::TextureUsages::COPY_SRC
-                    | wgpu::TextureUsages::COPY_DST
-                    | wgpu::TextureUsages::TEXTURE_BINDING
-                    | wgpu::TextureUsages::RENDER_ATTACHMENT,
+                usage,
                 view_formats: &[],
             })
         })
+    }
+
+    /// Whether the device can draw to a format. A pipeline that does asks for the feature; a texture that is only read needs none.
+    fn can_draw_to(&self, format: TextureFormat) -> bool {
+        let renderable = format_info(format).is_some_and(|info| info.renderable);
+        let features = self.device.features();
+        renderable && (format != TextureFormat::Rg11b10Ufloat || features.contains(wgpu::Features::RG11B10UFLOAT_RENDERABLE))
     }
 
     /// A buffer with these bytes that can be all that a frame uses buffers for.

@@ -6,6 +6,7 @@
 //! - only operations that IEEE 754 rounds exactly are offered (`+ - * /`, square root, rounding to an integer);
 //! - there is no fused multiply-add, because hardware without it would round differently;
 //! - `min` and `max` are spelled out as a comparison and a select, so NaN goes the same way everywhere;
+//! - conversions to integers saturate, as Rust's `as` and WGSL's value conversions do; processors' own give other numbers out of range;
 //! - branches become masks and [`Lanes::select`].
 //!
 //! Generic code over lanes must be inlined into a function that is compiled for the level, or every operation becomes a call. Mark such functions
@@ -15,7 +16,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use fearless_simd::{Select, Simd, SimdBase, SimdCvtFloat, SimdCvtTruncate, SimdFloat, SimdMask, f32x16, i32x16, mask32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdCvtFloat, SimdCvtTruncate, SimdFloat, SimdMask, f32x16, i32x16, mask32x16, u32x16};
 
 /// Lanes of [`f32`] that are computed together: `f32` itself (one lane) or [`f32x16`] (sixteen).
 pub trait Lanes:
@@ -51,9 +52,11 @@ pub trait Lanes:
     fn lane(self, index: usize) -> f32;
     /// Lane `i` in place `i`; places beyond [`Self::LEN`] are 0.
     fn to_array(self) -> [f32; 16];
-    /// The integral parts of the lanes, which lie between ±2^31, negative ones as two's complements; other values are outside the contract.
-    /// Places beyond [`Self::LEN`] are 0.
-    fn to_indices(self) -> [u32; 16];
+    /// Each lane rounded toward zero, then clamped to `−2^31..=2^31 − 1`; NaN becomes 0. So does Rust's `as i32`, and WGSL's conversion, which leaves
+    /// NaN open [WGSL §15.7.6, floating point conversion]. Places beyond [`Self::LEN`] are 0.
+    fn to_i32(self) -> [i32; 16];
+    /// Each lane rounded toward zero, then clamped to `0..=2^32 − 1`; NaN becomes 0, as by Rust's `as u32`. Places beyond [`Self::LEN`] are 0.
+    fn to_u32(self) -> [u32; 16];
 
     /// `mask ? if_true : if_false`, lane by lane.
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
@@ -76,7 +79,7 @@ pub trait Lanes:
     /// Nearest integer, ties to even.
     #[must_use]
     fn round_ties_even(self) -> Self;
-    /// `2^self` for integral `self` in `-126..=127`; other values are outside the contract.
+    /// `2^self` for integral `self` in `−126..=127`. Other numbers give no power of two, but the same bits at every level.
     #[must_use]
     fn exp2_int(self) -> Self;
 
@@ -148,6 +151,10 @@ impl Mask for bool {
     }
 }
 
+/// `1.5·2^23 + 127`: added to an integer, it leaves the integer plus the exponent bias of f32 in the sum's lowest bits. No conversion is needed,
+/// whose result out of range would differ between processors.
+const EXPONENT_BIAS: f32 = 12_583_039.0;
+
 impl Lanes for f32 {
     type Mask = bool;
     type Token = ();
@@ -182,9 +189,15 @@ impl Lanes for f32 {
         lanes
     }
     #[inline(always)]
-    fn to_indices(self) -> [u32; 16] {
+    fn to_i32(self) -> [i32; 16] {
         let mut lanes = [0; 16];
-        lanes[0] = self as i32 as u32;
+        lanes[0] = self as i32;
+        lanes
+    }
+    #[inline(always)]
+    fn to_u32(self) -> [u32; 16] {
+        let mut lanes = [0; 16];
+        lanes[0] = self as u32;
         lanes
     }
     #[inline(always)]
@@ -221,7 +234,7 @@ impl Lanes for f32 {
     }
     #[inline(always)]
     fn exp2_int(self) -> Self {
-        f32::from_bits(((self as i32 + 127) << 23) as u32)
+        f32::from_bits((self + EXPONENT_BIAS).to_bits() << 23)
     }
 }
 
@@ -285,8 +298,12 @@ impl<S: Simd> Lanes for f32x16<S> {
         self.into()
     }
     #[inline(always)]
-    fn to_indices(self) -> [u32; 16] {
-        bytemuck::cast::<[i32; 16], _>(i32x16::truncate_from(self).into())
+    fn to_i32(self) -> [i32; 16] {
+        i32x16::truncate_from_precise(self).into()
+    }
+    #[inline(always)]
+    fn to_u32(self) -> [u32; 16] {
+        u32x16::truncate_from_precise(self).into()
     }
     #[inline(always)]
     fn select(mask: mask32x16<S>, if_true: Self, if_false: Self) -> Self {
@@ -330,7 +347,7 @@ impl<S: Simd> Lanes for f32x16<S> {
     }
     #[inline(always)]
     fn exp2_int(self) -> Self {
-        let biased: i32x16<S> = i32x16::truncate_from(self) + 127;
+        let biased: u32x16<S> = fearless_simd::Bytes::bitcast(self + EXPONENT_BIAS);
         fearless_simd::Bytes::bitcast(biased << 23)
     }
 }
@@ -371,6 +388,71 @@ mod tests {
                         );
                     }
                 }
+            }
+        }
+    }
+
+    /// Numbers around every bound of both ranges, and how WGSL's saturating conversions see them.
+    #[test]
+    fn conversions_to_integers_saturate_at_every_level() {
+        const VALUES: [(f32, i32, u32); 20] = [
+            (0.0, 0, 0),
+            (-0.0, 0, 0),
+            (0.999_999_94, 0, 0),
+            (-0.999_999_94, 0, 0),
+            (1.0, 1, 1),
+            (-1.0, -1, 0),
+            (-1.5, -1, 0),
+            (2.5, 2, 2),
+            (16_777_217.0, 16_777_216, 16_777_216),
+            (2_147_483_520.0, 2_147_483_520, 2_147_483_520),
+            (2_147_483_648.0, i32::MAX, 2_147_483_648),
+            (-2_147_483_648.0, i32::MIN, 0),
+            (-2_147_483_904.0, i32::MIN, 0),
+            (4_294_967_040.0, i32::MAX, 4_294_967_040),
+            (4_294_967_296.0, i32::MAX, u32::MAX),
+            (4.29e9, i32::MAX, 4_289_999_872),
+            (f32::INFINITY, i32::MAX, u32::MAX),
+            (f32::NEG_INFINITY, i32::MIN, 0),
+            (f32::NAN, 0, 0),
+            (-f32::NAN, 0, 0),
+        ];
+        #[inline(always)]
+        fn both<S: Simd>(simd: S, value: f32) -> ([i32; 16], [u32; 16]) {
+            // One lane alone is out of range, then all: some conversions take another way if all lanes are in range.
+            let lanes = <f32x16<S> as Lanes>::from_fn(simd, |i| if i % 3 == 0 { value } else { 7.0 });
+            (Lanes::to_i32(lanes), Lanes::to_u32(lanes))
+        }
+        for (value, signed, unsigned) in VALUES {
+            assert_eq!((Lanes::to_i32(value)[0], Lanes::to_u32(value)[0]), (signed, unsigned), "{value}, one lane");
+            for (name, level) in crate::level::available_levels() {
+                let found = fearless_simd::dispatch!(level, simd => simd.vectorize(#[inline(always)] || both(simd, value)));
+                for lane in 0..16 {
+                    let expected = if lane % 3 == 0 { (signed, unsigned) } else { (7, 7) };
+                    assert_eq!((found.0[lane], found.1[lane]), expected, "{value} in lane {lane} at {name}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn exp2_int_is_a_power_of_two_and_the_same_everywhere_beyond() {
+        #[inline(always)]
+        fn wide<S: Simd>(simd: S, value: f32) -> [f32; 16] {
+            Lanes::to_array(<f32x16<S> as Lanes>::splat(simd, value).exp2_int())
+        }
+        for k in -126..=127 {
+            assert_eq!(f64::from(Lanes::exp2_int(k as f32)), libm::exp2(f64::from(k)), "2^{k}");
+        }
+        for value in (-130..=130).map(|k| k as f32).chain([0.5, -3.25, 1.0e9, -1.0e20, 4.29e9, f32::INFINITY]) {
+            let expected = Lanes::exp2_int(value).to_bits();
+            for (name, level) in wide_levels() {
+                let found = wide_dispatch!(
+                    level,
+                    simd => simd.vectorize(#[inline(always)] || wide(simd, value)),
+                    wide(crate::level::baseline(), value)
+                );
+                assert!(found.iter().all(|v| v.to_bits() == expected), "{value} at {name}: {found:?}");
             }
         }
     }

@@ -173,7 +173,7 @@ pub fn perlin3_gradient(x: f32, y: f32, z: f32, seed: u32) -> (f32, [f32; 3]) {
 #[inline(always)]
 fn split_lanes<L: Lanes>(x: L) -> ([u32; 16], [f32; 16]) {
     let cell = x.floor();
-    (Lanes::clamp(cell, -MOST_CELL, MOST_CELL).to_indices(), (x - cell).to_array())
+    (Lanes::clamp(cell, -MOST_CELL, MOST_CELL).to_i32().map(|cell| cell as u32), (x - cell).to_array())
 }
 
 /// [`fold`] of many hashes and coordinates, each raised by `step`.

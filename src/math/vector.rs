@@ -91,6 +91,15 @@ macro_rules! componentwise {
             pub fn select(mask: L::Mask, if_true: Self, if_false: Self) -> Self {
                 $vector { $($c: L::select(mask, if_true.$c, if_false.$c)),+ }
             }
+            /// `self·(1 − t) + other·t` [WGSL `mix`]: exactly `self` at `t = 0` and exactly `other` at `t = 1` where both are finite.
+            ///
+            /// `self + (other − self)·t` would save a product, but misses `other` where the difference is rounded.
+            #[inline(always)]
+            #[must_use]
+            pub fn lerp(self, other: Self, t: L) -> Self {
+                let rest = -t + 1.0;
+                $vector { $($c: self.$c * rest + other.$c * t),+ }
+            }
         }
     };
 }
@@ -143,11 +152,6 @@ impl<L: Lanes> V3<L> {
     pub fn hadamard(self, other: Self) -> Self {
         v3(self.x * other.x, self.y * other.y, self.z * other.z)
     }
-    /// `self·(1−t) + other·t`.
-    #[inline(always)]
-    pub fn lerp(self, other: Self, t: L) -> Self {
-        self + (other - self) * t
-    }
 }
 
 impl<L: Copy> V4<L> {
@@ -184,4 +188,38 @@ fn linear_row<L: Lanes>(c: &[f32; 16], row: usize, v: V3<L>) -> L {
 #[inline(always)]
 fn affine_row<L: Lanes>(c: &[f32; 16], row: usize, v: V3<L>) -> L {
     linear_row(c, row, v) + c[12 + row]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ends of very different size, where `a + (b − a)·t` loses `b`: (1e8 + (1 − 1e8)) is 0 or 8, not 1.
+    #[test]
+    fn lerp_ends_exactly_where_it_should() {
+        const ENDS: [[f32; 4]; 6] = [
+            [1.0e8, 1.0, 0.1, -3.0],
+            [1.0, 1.0e8, 0.3, 7.0],
+            [-1.0e30, 1.0e-30, 1.0 / 3.0, 0.7],
+            [f32::MAX, f32::MIN_POSITIVE, 1.0e-45, 0.1],
+            [16_777_216.0, 0.5, -0.1, 1.0e-7],
+            [0.3, 0.1, 0.7, 0.2],
+        ];
+        for a in ENDS {
+            for b in ENDS {
+                let (from, to) = (v4(a[0], a[1], a[2], a[3]), v4(b[0], b[1], b[2], b[3]));
+                assert_eq!((from.lerp(to, 0.0), from.lerp(to, 1.0)), (from, to));
+                assert_eq!((from.xyz().lerp(to.xyz(), 0.0), from.xyz().lerp(to.xyz(), 1.0)), (from.xyz(), to.xyz()));
+                assert_eq!(
+                    (v2(a[0], a[1]).lerp(v2(b[0], b[1]), 0.0), v2(a[0], a[1]).lerp(v2(b[0], b[1]), 1.0)),
+                    (v2(a[0], a[1]), v2(b[0], b[1]))
+                );
+            }
+        }
+        // The form with one product is told apart.
+        let (a, b) = (1.0e8_f32, 1.0_f32);
+        assert_ne!(a + (b - a) * 1.0, b);
+        // Between the ends, by hand: 2·0.75 + 10·0.25 = 4.
+        assert_eq!(v2(2.0_f32, 0.0).lerp(v2(10.0, 8.0), 0.25), v2(4.0, 2.0));
+    }
 }

@@ -27,9 +27,10 @@ pub use api::buffer::Buffer;
 pub use api::compare::compare;
 pub use api::draw::{Draw, IndexBuffer, VertexBuffer};
 pub use api::format::{
-    ChannelKind, FormatInfo, Quantizer, SUPPORTED_FORMATS, decode_texel, depth_value, encode_texel, f16_to_f32, f32_to_f16, format_info,
-    linear_to_srgb8, quantize_depth, srgb8_to_linear,
+    ChannelKind, FORMATS, FormatInfo, Quantizer, SUPPORTED_FORMATS, decode_texel, depth_value, encode_texel, f16_to_f32, f32_to_f16,
+    f32_to_ufloat, format_info, format_name, linear_to_srgb8, quantize_depth, srgb8_to_linear, ufloat_to_f32,
 };
+pub use api::implicit_lod::{Coordinates, FragmentPlace};
 pub use api::observer::{FragmentEvent, FragmentOutcome, Observer, PrimitiveEvent, PrimitiveOutcome};
 pub use api::pass::{ColorAttachment, DepthStencilAttachment, Pass, PassOutput, StreamOutTarget};
 pub use api::pass_check::PassError;

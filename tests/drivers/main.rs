@@ -7,4 +7,5 @@ mod support;
 
 mod conformance;
 mod crosscheck;
+mod formats;
 mod frames;

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::drawing::Drawing;
 use super::drawings::{
-    Colors, Factors, Grid, blending, clipping, closed_meshes, counted, coverage, depth, depth_bias, interpolated, lines, points, rounding,
-    stencil_counts, stencil_states,
+    Colors, Factors, Grid, Integers, blending, clipping, closed_meshes, counted, coverage, depth, depth_bias, integers, interpolated,
+    lines, points, rounding, stencil_counts, stencil_states,
 };
 use super::primitives::{Crossing, Shape, Source};
 use crate::Family;
@@ -115,6 +115,13 @@ const ONE_FACTOR: Expectation = Expectation::Differs(
 );
 const BYTES: Expectation =
     Expectation::Differs("llvmpipe blends 8-bit colours in integers and rounds every product to a multiple of 1/255", 8.0);
+const CURVE: Expectation =
+    Expectation::Differs("drivers approximate the sRGB curve, and are one code off where it is near the middle of two", 20.0);
+const TEN_BITS: Expectation =
+    Expectation::Differs("llvmpipe rounds to 16 bits and cuts the lowest 6: 10-bit colours are rounded down, by up to one step", 29.0);
+const HALF_FIRST: Expectation = Expectation::Differs("SwiftShader rounds to 16-bit floats and cuts the rest of their fraction", 29.0);
+const UNDEFINED: Expectation =
+    Expectation::Differs("Vulkan leaves integers that a target cannot hold undefined; we clamp them as Direct3D does", 29.0);
 const POINT_TIES: Expectation = Expectation::Differs(
     "llvmpipe of Mesa 22.3 moves some points that lie half-way between two sub-pixel positions; Mesa 25 does not",
     0.03,
@@ -189,6 +196,33 @@ pub const CASES: &[Case] = &[
         blending(TextureFormat::Rgba8Unorm, Colors::Bytes, Factors::Two, s, i)
     })
     .lavapipe(BYTES),
+    case("formats: bgra8unorm, written", "any numbers, no blending", 100, |s, i| {
+        rounding(TextureFormat::Bgra8Unorm, Colors::Any, false, s, i)
+    }),
+    case("formats: bgra8unorm, sum", "plain addition of multiples of 1/255", 100, |s, i| {
+        rounding(TextureFormat::Bgra8Unorm, Colors::Bytes, true, s, i)
+    }),
+    case("formats: bgra8unorm-srgb, written", "any numbers, no blending", 100, |s, i| {
+        rounding(TextureFormat::Bgra8UnormSrgb, Colors::Any, false, s, i)
+    })
+    .both(CURVE),
+    case("formats: rgb10a2unorm, written", "any numbers, no blending", 100, |s, i| {
+        rounding(TextureFormat::Rgb10a2Unorm, Colors::Any, false, s, i)
+    })
+    .lavapipe(TEN_BITS),
+    case("formats: rg11b10ufloat, written", "any numbers, no blending", 100, |s, i| {
+        rounding(TextureFormat::Rg11b10Ufloat, Colors::Any, false, s, i)
+    })
+    .swiftshader(HALF_FIRST),
+    case("formats: rg11b10ufloat, sum", "plain addition, rounded after every fragment", 100, |s, i| {
+        rounding(TextureFormat::Rg11b10Ufloat, Colors::Any, true, s, i)
+    })
+    .swiftshader(HALF_FIRST),
+    case("formats: integers", "all integer formats, numbers that they hold", 700, |s, i| integers(Integers::InRange, s, i)),
+    case("formats: integers, out of range", "formats below 32 bits, any numbers of 32 bits", 500, |s, i| {
+        integers(Integers::OutOfRange, s, i)
+    })
+    .both(UNDEFINED),
     case("interpolation: flat", "the first corner's colour", 20, |s, i| interpolated(Interpolation::Flat, true, s, i)),
     case("interpolation: linear", "without perspective, w within e^±1", 20, |s, i| interpolated(Interpolation::Linear, true, s, i))
         .both(WELL_SHAPED),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::program::{Vertex, program};
+use super::program::{Output, Vertex, program_for};
 use nephroid_pipeline::frame::{BindEntry, ColorTarget, DepthTarget, Frame, FrameDraw, FramePass};
 use nephroid_pipeline::shader::Interpolation;
 use nephroid_pipeline::state::{
@@ -111,7 +111,8 @@ impl Drawing {
             depth_load: LoadOp::Clear(self.clear_depth),
             stencil_load: LoadOp::Clear(0),
         });
-        let mut program = program(self.interpolation);
+        let output = self.color.map_or(Output::Float, |(format, _)| Output::of(format));
+        let mut program = program_for(self.interpolation, output);
         if color.is_none() {
             let mut without_fragment = (*program).clone();
             without_fragment.fragment = None;

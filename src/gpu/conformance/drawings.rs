@@ -8,6 +8,7 @@ use nephroid_pipeline::state::{
     ADDITIVE, BlendComponent, BlendFactor, BlendOperation, BlendState, Color, CompareFunction, DepthBiasState, DepthStencilState,
     PrimitiveTopology, StencilFaceState, StencilOperation, StencilState, TextureFormat,
 };
+use nephroid_pipeline::{ChannelKind, FORMATS, format_info};
 
 /// Target sizes in turn: a power of two, one that is not, and a screen.
 const SIZES: [(u32, u32); 5] = [(64, 64), (100, 60), (64, 64), (100, 60), (1024, 768)];
@@ -289,15 +290,25 @@ pub(super) fn rounding(format: TextureFormat, colors: Colors, add: bool, source:
 }
 
 fn blended(format: TextureFormat, colors: Colors, blend: Option<BlendState>, source: &mut Source, index: u32) -> Drawing {
-    let size = [(64, 64), (100, 60)][index as usize % 2];
+    let size = blending_size(index);
     let number = |s: &mut Source| match colors {
         Colors::Quarters => s.whole(5) as f32 * 0.25,
         Colors::Any => s.between(-1.0, 2.0),
         Colors::Bytes => s.whole(256) as f32 / 255.0,
     };
     let color = |s: &mut Source| [number(s), number(s), number(s), number(s)];
+    let vertices = in_cells(size, source, color);
+    let [r, g, b, a] = color(source).map(f64::from);
+    Drawing { color: Some((format, blend)), clear: Color { r, g, b, a }, blend_constant: color(source), ..Drawing::adding(size, vertices) }
+}
+
+fn blending_size(index: u32) -> (u32, u32) {
+    [(64, 64), (100, 60)][index as usize % 2]
+}
+
+/// Three triangles to a cell, each of one colour: squares of squares stay far from overflow and from denormal numbers.
+fn in_cells(size: (u32, u32), source: &mut Source, color: impl Fn(&mut Source) -> [f32; 4]) -> Vec<Vertex> {
     let mut vertices = Vec::new();
-    // Three triangles to a cell: squares of squares stay far from overflow and from denormal numbers.
     let cells = (size.0 / CELL, size.1 / CELL);
     for number in 0..LAYERS * cells.0 * cells.1 {
         let cell = [number % cells.0 * CELL, number / cells.0 % cells.1 * CELL].map(|v| v as f32);
@@ -305,8 +316,43 @@ fn blended(format: TextureFormat, colors: Colors, blend: Option<BlendState>, sou
         let triangle = [0; 3].map(|_| to_clip(size, cell.map(|v| v + source.unit() * CELL as f32), 0.5, 1.0));
         push_flat(&mut vertices, &triangle, shade);
     }
-    let [r, g, b, a] = color(source).map(f64::from);
-    Drawing { color: Some((format, blend)), clear: Color { r, g, b, a }, blend_constant: color(source), ..Drawing::adding(size, vertices) }
+    vertices
+}
+
+/// Which integers are written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Integers {
+    /// Those that the target can hold.
+    InRange,
+    /// Any of 32 bits, to targets of fewer.
+    OutOfRange,
+}
+
+/// Integer targets of all formats in turn. Colours are bit patterns.
+pub(super) fn integers(which: Integers, source: &mut Source, index: u32) -> Drawing {
+    let size = blending_size(index);
+    let targets = FORMATS.into_iter().filter_map(|format| Some((format, format_info(format)?.kind)));
+    let wide = |kind: ChannelKind| kind.channel_bits(0) == 32;
+    let targets: Vec<_> = targets.filter(|(_, kind)| kind.is_integer() && (which == Integers::InRange || !wide(*kind))).collect();
+    let (format, kind) = targets[index as usize % targets.len()];
+    let number = |s: &mut Source, channel: usize| {
+        let bits = if which == Integers::InRange { kind.channel_bits(channel) } else { 32 };
+        let (low, high) = match kind {
+            ChannelKind::Sint(_) => (-1i64 << (bits - 1), (1i64 << (bits - 1)) - 1),
+            _ => (0, (1i64 << bits) - 1),
+        };
+        // Near both ends of the range, or anywhere.
+        let any = i64::from(s.whole(1 << 16)) << 16 | i64::from(s.whole(1 << 16));
+        let number = match s.whole(3) {
+            0 => low + any % 4,
+            1 => high - any % 4,
+            _ => low + any % (high - low + 1),
+        };
+        f32::from_bits(number as u32)
+    };
+    let vertices = in_cells(size, source, |s| [number(s, 0), number(s, 1), number(s, 2), number(s, 3)]);
+    let clear = Color { r: 3.0, g: 2.0, b: 1.0, a: 0.0 };
+    Drawing { color: Some((format, None)), clear, ..Drawing::adding(size, vertices) }
 }
 
 /// Well-shaped triangles with attributes in 1..2, one to a cell of 32 or 128 pixels.

@@ -9,7 +9,8 @@ use nephroid_math::vector::v4;
 use nephroid_pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
 };
-use nephroid_pipeline::{BindingKind, Bindings};
+use nephroid_pipeline::state::TextureFormat;
+use nephroid_pipeline::{BindingKind, Bindings, ChannelKind, format_info};
 
 /// A vertex of a conformance primitive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -24,8 +25,34 @@ pub struct Vertex {
 /// Bindings: vertices, point size in pixels in x.
 pub const BINDINGS: [BindingKind; 2] = [BindingKind::Storage(size_of::<Vertex>()), BindingKind::Uniform(16)];
 
+/// What the fragment stage gives out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// The colour.
+    Float,
+    /// The colour's bit patterns as unsigned integers.
+    Uint,
+    /// The colour's bit patterns as signed integers.
+    Sint,
+}
+
+impl Output {
+    /// What a target of this format takes.
+    #[must_use]
+    pub fn of(format: TextureFormat) -> Self {
+        match format_info(format).map(|info| info.kind) {
+            Some(ChannelKind::Uint(_)) => Self::Uint,
+            Some(ChannelKind::Sint(_)) => Self::Sint,
+            _ => Self::Float,
+        }
+    }
+}
+
 macro_rules! twin {
     ($interpolate:literal) => {
+        twin!($interpolate, "vec4<f32>", "in.color")
+    };
+    ($interpolate:literal, $output:literal, $value:literal) => {
         concat!(
             "
 struct Vertex {
@@ -49,8 +76,12 @@ fn vs(@builtin(vertex_index) index: u32) -> Varyings {
 }
 
 @fragment
-fn fs(in: Varyings) -> @location(0) vec4<f32> {
-    return in.color;
+fn fs(in: Varyings) -> @location(0) ",
+            $output,
+            " {
+    return ",
+            $value,
+            ";
 }
 "
         )
@@ -71,6 +102,18 @@ pub fn program(interpolation: Interpolation) -> Arc<Program> {
         Interpolation::Flat => Program { varyings, wgsl, bindings: BINDINGS.to_vec(), ..Program::new(name, Pull, FlatColor) },
         _ => Program { varyings, wgsl, bindings: BINDINGS.to_vec(), ..Program::new(name, Pull, MixedColor) },
     })
+}
+
+/// The program for targets that take such an output. Integers are flat.
+#[must_use]
+pub fn program_for(interpolation: Interpolation, output: Output) -> Arc<Program> {
+    let (name, wgsl) = match output {
+        Output::Float => return program(interpolation),
+        Output::Uint => ("conformance_uint", twin!("@interpolate(flat)", "vec4<u32>", "bitcast<vec4<u32>>(in.color)")),
+        Output::Sint => ("conformance_sint", twin!("@interpolate(flat)", "vec4<i32>", "bitcast<vec4<i32>>(in.color)")),
+    };
+    let varyings = vec![Varying { name: "color", components: 4, interpolation: Interpolation::Flat }];
+    Arc::new(Program { varyings, wgsl: Some(wgsl), bindings: BINDINGS.to_vec(), ..Program::new(name, Pull, FlatColor) })
 }
 
 struct Pull;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::Mode;
 use crate::Family;
-use nephroid_pipeline::{ChannelKind, FormatInfo};
+use nephroid_pipeline::FormatInfo;
 
 /// What an attachment must keep to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -93,7 +93,7 @@ const STAGES: &[(&str, &str, Bound, Bound)] = &[
 /// The bound of one attachment of one pass.
 #[must_use]
 pub fn bound_of(family: Family, mode: Mode, pass: &str, texture: &str, info: FormatInfo) -> Bound {
-    if info.depth || info.stencil || info.kind == ChannelKind::Uint32 {
+    if info.depth || info.stencil || info.kind.is_integer() {
         return match (family, mode) {
             (Family::Other, _) => HARDWARE,
             (_, Mode::Resynchronised) => EXACT,
@@ -123,7 +123,13 @@ mod tests {
 
     #[test]
     fn depth_stencil_and_integers_are_exact_when_resynchronised() {
-        for format in [TextureFormat::Depth32Float, TextureFormat::Stencil8, TextureFormat::R32Uint, TextureFormat::Depth32FloatStencil8] {
+        for format in [
+            TextureFormat::Depth32Float,
+            TextureFormat::Stencil8,
+            TextureFormat::R32Uint,
+            TextureFormat::Rgba8Sint,
+            TextureFormat::Depth32FloatStencil8,
+        ] {
             let info = format_info(format).unwrap();
             for family in [Family::Lavapipe, Family::SwiftShader] {
                 assert_eq!(bound_of(family, Mode::Resynchronised, "picture", "depth", info), EXACT);

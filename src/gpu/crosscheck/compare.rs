@@ -83,8 +83,12 @@ pub fn compare(info: FormatInfo, expected: &Surface, actual: &Surface, tolerance
             for (channel, &scale) in scales.iter().enumerate() {
                 let (a, b) = (expected.get(x, y, channel), actual.get(x, y, channel));
                 let (ulp, error) = match info.kind {
-                    ChannelKind::Uint32 => {
+                    ChannelKind::Uint(_) => {
                         (u64::from(a.to_bits().abs_diff(b.to_bits())), if a.to_bits() == b.to_bits() { 0.0 } else { 1.0 })
+                    }
+                    ChannelKind::Sint(_) => {
+                        let [a, b] = [a, b].map(|v| v.to_bits() as i32);
+                        (u64::from(a.abs_diff(b)), if a == b { 0.0 } else { 1.0 })
                     }
                     // One step of a normalized format is its unit in the last place.
                     ChannelKind::UnormDepth(_) => ((f64::from(a) - f64::from(b)).abs() as u64, relative(a, b, scale)),
@@ -148,17 +152,27 @@ fn mean_magnitude(surface: &Surface, channel: usize) -> f64 {
     if count == 0 { 0.0 } else { sum / count as f64 }
 }
 
+/// What a plane holds as a number: integers are kept as bit patterns.
+fn as_number(info: FormatInfo, value: f32) -> f32 {
+    match info.kind {
+        ChannelKind::Uint(_) => value.to_bits() as f32,
+        ChannelKind::Sint(_) => value.to_bits() as i32 as f32,
+        _ => value,
+    }
+}
+
 /// Whether what the driver has at a pixel lies, in every channel, in the range of what the software GPU has in the 3x3 pixels around it.
 fn is_at_edge(info: FormatInfo, scales: &[f64], expected: &Surface, actual: &Surface, pixel: &Pixel, tolerance: f64) -> bool {
     if info.stencil && pixel.channel == info.channels {
         return false;
     }
     (0..info.channels).all(|channel| {
-        let value = actual.get(pixel.x, pixel.y, channel);
+        let number = |surface: &Surface, x, y| as_number(info, surface.get(x, y, channel));
+        let value = number(actual, pixel.x, pixel.y);
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
         for y in pixel.y.saturating_sub(1)..(pixel.y + 2).min(expected.height) {
             for x in pixel.x.saturating_sub(1)..(pixel.x + 2).min(expected.width) {
-                let neighbour = expected.get(x, y, channel);
+                let neighbour = number(expected, x, y);
                 low = low.min(neighbour);
                 high = high.max(neighbour);
             }
@@ -233,6 +247,11 @@ mod tests {
         let b = picture(TextureFormat::R32Uint, |x, _| f32::from_bits(if x == 1 { 9 } else { 7 }));
         let d = compared(&a, &b, 0.0);
         assert_eq!((d.outliers, d.max_ulp), (8, 2));
+        // As floats, −1 is not a number and 2^31 is −0.
+        let [minus_one, least] = [-1i32, i32::MIN].map(|v| picture(TextureFormat::R32Sint, |_, _| f32::from_bits(v as u32)));
+        let zero = picture(TextureFormat::R32Sint, |_, _| 0.0);
+        assert_eq!([&minus_one, &least].map(|other| compared(&zero, other, 0.5).max_ulp), [1, 1 << 31]);
+        assert_eq!(compared(&minus_one, &minus_one, 0.0).differing, 0);
         let mut stencil = Texture::new(TextureDescriptor::d2("s", 8, 8, TextureFormat::Stencil8)).unwrap();
         let zeros = stencil.clone();
         stencil.set_stencil(0, 0, 2, 3, 255);

@@ -3,8 +3,8 @@
 //! | Question | File |
 //! |---|---|
 //! | Which state is there, and what may a rasterizer choose? | `state.rs`, `rules.rs` |
-//! | What can a texel hold, and how is it kept? | `format.rs`, `surface.rs`, `texture_descriptor.rs`, `texture.rs`, `texture_view.rs` |
-//! | How does a shader read? | `buffer.rs`, `bindings.rs`, `sampler.rs` |
+//! | What can a texel hold, and how is it kept? | `format/`, `surface.rs`, `texture_descriptor.rs`, `texture.rs`, `texture_view.rs` |
+//! | How does a shader read? | `buffer.rs`, `bindings.rs`, `sampler.rs`, `implicit_lod.rs` |
 //! | What is a shader? | [`shader`] |
 //! | What does a pipeline check and work out? | `render_pipeline.rs`, `resolved.rs` |
 //! | What is drawn, and is it valid? | `draw.rs`, `pass.rs`, `pass_check.rs` |
@@ -15,6 +15,7 @@ pub(crate) mod buffer;
 pub(crate) mod compare;
 pub(crate) mod draw;
 pub(crate) mod format;
+pub(crate) mod implicit_lod;
 pub(crate) mod observer;
 pub(crate) mod pass;
 pub(crate) mod pass_check;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::api::format::{ChannelKind, FormatInfo, SUPPORTED_FORMATS, format_info};
+use crate::api::format::facts::{FormatInfo, SUPPORTED_FORMATS, format_info};
 use crate::api::resolved::{DepthPlan, FastPath, FragmentPlan, PrimitiveClass, TargetPlan, reads_second_source};
 use crate::api::rules::RasterRules;
 use crate::api::shader::program::Program;
@@ -132,8 +132,8 @@ impl RenderPipeline {
                 Ok(info) => info,
                 Err(what) => return fail(format!("target {slot}: {what}")),
             };
-            if info.kind == ChannelKind::Uint32 && state.blend.is_some() {
-                return fail(format!("target {slot}: {:?} cannot be blended", state.format));
+            if !info.blendable && state.blend.is_some() {
+                return fail(format!("target {slot}: {:?} cannot be blended: it holds integers", state.format));
             }
             if let Some(blend) = state.blend {
                 let factors = [blend.color.src_factor, blend.color.dst_factor, blend.alpha.src_factor, blend.alpha.dst_factor];
@@ -227,6 +227,7 @@ impl RenderPipeline {
 
 fn color_info(format: TextureFormat) -> Result<FormatInfo, String> {
     match format_info(format) {
+        Some(info) if !info.renderable => Err(format!("{format:?} cannot be a colour target, only a texture that shaders read")),
         Some(info) if !info.depth && !info.stencil => Ok(info),
         _ => Err(format!("{format:?} cannot be a colour target; supported: {SUPPORTED_FORMATS}")),
     }

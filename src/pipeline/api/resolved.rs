@@ -1,6 +1,7 @@
 //! Pipeline state as drawing needs it, worked out once per pipeline: depth and stencil, fragments, colour targets, shortcuts.
 
-use crate::api::format::{ChannelKind, Quantizer};
+use crate::api::format::facts::ChannelKind;
+use crate::api::format::quantize::Quantizer;
 use crate::api::state::{BlendFactor, BlendState, ColorWrites, CompareFunction, PrimitiveTopology, StencilFaceState, StencilOperation};
 
 /// Points, lines or triangles.

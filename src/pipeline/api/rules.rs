@@ -19,7 +19,7 @@ pub struct RasterRules {
     pub setup_from: SetupFrom,
     /// Where the corners of a wide line come from. Default: `UnsnappedEnds`.
     pub line_corners: LineCorners,
-    /// How 16-bit float targets round. Default: `NearestEven`.
+    /// How float targets of 16, 11 and 10 bits round. Default: `NearestEven`.
     pub f16_rounding: F16Rounding,
     /// How depth becomes an integer of b bits, and how large the unit of constant bias is there. Default: `NearestUp`.
     pub unorm_depth: UnormDepth,
@@ -89,7 +89,7 @@ pub enum LineCorners {
     SnappedEnds,
 }
 
-/// How f32 becomes f16.
+/// How f32 becomes a float of 16, 11 or 10 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum F16Rounding {
     /// Nearest, ties to even; overflow to infinity. SwiftShader (which makes not-a-number of most overflows), most GPUs.

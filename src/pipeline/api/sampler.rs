@@ -2,6 +2,8 @@
 //!
 //! The definition is scalar, lane by lane. What most shaders ask for, linear filtering of a 2D texture without mips and clamped to its edge, computes
 //! its places and weights for all lanes together and only gathers lane by lane ([`bilinear`]); the bits are the same.
+//! Integer textures are read at the nearest texel of the nearest level whatever the sampler says: bit patterns have no mean, and WGSL does not
+//! sample them at all, only `textureLoad`, which is [`load`] here.
 //! Weights are f32 without the 8-bit rounding that GPUs apply (`subTexelPrecisionBits`), so linear filtering is exact here and within 2^-8 there.
 
 pub use wgpu_types::{AddressMode, FilterMode};
@@ -10,7 +12,7 @@ use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::{V2, V3, V4, v2, v4};
 
 use crate::api::compare::{compare, compare_lanes};
-use crate::api::format::ChannelKind;
+use crate::api::format::facts::ChannelKind;
 use crate::api::state::CompareFunction;
 use crate::api::surface::{Surface, TILE_PIXELS};
 use crate::api::texture_descriptor::TextureShape;
@@ -152,9 +154,11 @@ fn sample_site(texture: &TextureView<'_>, sampler: &Sampler, site: Site, lod: f3
     let last = texture.mip_level_count() - 1;
     let lod = if lod.is_nan() { 0.0 } else { lod };
     let lod = lod.clamp(sampler.lod_min_clamp, sampler.lod_max_clamp);
+    let integers = texture.info().kind.is_integer();
     let filter = if lod <= 0.0 { sampler.mag_filter } else { sampler.min_filter };
+    let filter = if integers { FilterMode::Nearest } else { filter };
     let lod = lod.clamp(0.0, last as f32);
-    if sampler.mipmap_filter == FilterMode::Nearest {
+    if sampler.mipmap_filter == FilterMode::Nearest || integers {
         return sample_one_level(texture, sampler, site, (lod + 0.5).floor() as u32, filter, read);
     }
     let base = lod.floor();
@@ -201,9 +205,9 @@ fn gather<L: Lanes>(token: L::Token, mut f: impl FnMut(usize) -> [f32; 4]) -> V4
 fn is_bilinear(texture: &TextureView<'_>, sampler: &Sampler) -> bool {
     let linear = sampler.mag_filter == FilterMode::Linear && sampler.min_filter == FilterMode::Linear;
     let clamped = sampler.address_mode[0] == AddressMode::ClampToEdge && sampler.address_mode[1] == AddressMode::ClampToEdge;
-    let plain =
-        texture.mip_level_count() == 1 && texture.shape() == TextureShape::D2 && !matches!(texture.info().kind, ChannelKind::UnormDepth(_));
-    linear && clamped && plain
+    let kind = texture.info().kind;
+    let plain = texture.mip_level_count() == 1 && texture.shape() == TextureShape::D2;
+    linear && clamped && plain && !matches!(kind, ChannelKind::UnormDepth(_)) && !kind.is_integer()
 }
 
 /// The texels that an axis reads, per lane, and the weight of the second.
@@ -268,6 +272,7 @@ fn bilinear<L: Lanes>(texture: &TextureView<'_>, uv: V2<L>, layer: u32) -> V4<L>
     let footprint = match surface.channels {
         1 => footprint::<L, 1>(surface, uv),
         2 => footprint::<L, 2>(surface, uv),
+        3 => footprint::<L, 3>(surface, uv),
         _ => footprint::<L, 4>(surface, uv),
     };
     let zero = uv.x.like(0.0);
@@ -290,16 +295,22 @@ pub fn sample_level<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, uv: 
     })
 }
 
-/// A 2D texture with the level of detail from the derivatives of `uv` per pixel:
-/// `log2(max(|∂uv/∂x · size|, |∂uv/∂y · size|))` [Vulkan spec, image level-of-detail operation, isotropic].
+/// Level of detail from the derivatives of `uv` per pixel: `log2(max(|∂uv/∂x · size|, |∂uv/∂y · size|))`, −32 where both are 0
+/// [Vulkan spec, image level-of-detail operation, isotropic].
 #[inline(always)]
-pub fn sample_grad<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, uv: V2<L>, layer: u32, ddx: V2<L>, ddy: V2<L>) -> V4<L> {
+pub fn level_of_detail<L: Lanes>(texture: &TextureView<'_>, ddx: V2<L>, ddy: V2<L>) -> L {
     let (width, height, _) = texture.level_size(0);
     let (width, height) = (width as f32, height as f32);
     let (across, down) = (v2(ddx.x * width, ddx.y * height), v2(ddy.x * width, ddy.y * height));
     let rho_squared = Lanes::max(across.dot(across), down.dot(down));
-    let lod = rho_squared.map(|r| if r > 0.0 { 0.5 * libm::log2f(r) } else { -32.0 });
-    sample_level(texture, sampler, uv, layer, lod)
+    rho_squared.map(|r| if r > 0.0 { 0.5 * libm::log2f(r) } else { -32.0 })
+}
+
+/// A 2D texture with the [`level_of_detail`] that the derivatives of `uv` per pixel give [WGSL `textureSampleGrad`]. From the varyings of a fragment,
+/// [`FragmentInput::sample`](crate::shader::FragmentInput::sample) takes the derivatives itself.
+#[inline(always)]
+pub fn sample_grad<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, uv: V2<L>, layer: u32, ddx: V2<L>, ddy: V2<L>) -> V4<L> {
+    sample_level(texture, sampler, uv, layer, level_of_detail(texture, ddx, ddy))
 }
 
 /// A cube map in a direction (any length) at level of detail `lod`. Filtering stays within a face.

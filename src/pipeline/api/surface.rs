@@ -9,7 +9,7 @@
 
 use nephroid_math::lanes::Lanes;
 
-use crate::api::format::FormatInfo;
+use crate::api::format::facts::FormatInfo;
 
 /// Pixels along a tile's edge.
 pub const TILE: usize = 64;
@@ -84,20 +84,20 @@ impl Surface {
 
     /// What the rows of lanes give to [`Self::plane_index`].
     #[inline(always)]
-    pub(crate) fn row_indices<L: Lanes>(&self, y: L) -> [u32; 16] {
-        let mut rows = y.to_indices();
+    pub(crate) fn row_indices<L: Lanes>(&self, y: L) -> [i32; 16] {
+        let mut rows = y.to_i32();
         for row in &mut rows {
-            *row = self.row_index(*row as usize) as u32;
+            *row = self.row_index(*row as usize) as i32;
         }
         rows
     }
 
     /// What the columns of lanes give to [`Self::plane_index`].
     #[inline(always)]
-    pub(crate) fn column_indices<L: Lanes>(&self, x: L) -> [u32; 16] {
-        let mut columns = x.to_indices();
+    pub(crate) fn column_indices<L: Lanes>(&self, x: L) -> [i32; 16] {
+        let mut columns = x.to_i32();
         for column in &mut columns {
-            *column = self.column_index(*column as usize) as u32;
+            *column = self.column_index(*column as usize) as i32;
         }
         columns
     }

@@ -1,6 +1,9 @@
 //! Textures: surfaces of one format, by mip level and layer.
 
-use crate::api::format::{FormatInfo, Quantizer, decode_texel, encode_texel, quantize_depth};
+use crate::api::format::depth::quantize_depth;
+use crate::api::format::facts::FormatInfo;
+use crate::api::format::quantize::Quantizer;
+use crate::api::format::texel::{decode_texel, encode_texel};
 use crate::api::rules::F16Rounding;
 use crate::api::surface::Surface;
 use crate::api::texture_descriptor::{TextureDescriptor, TextureError, TextureShape};
@@ -138,8 +141,10 @@ impl Texture {
         (0..surface.height).flat_map(|y| (0..surface.width).map(move |x| surface.get(x, y, channel))).collect()
     }
 
-    /// Fills mip levels 1.. by averaging 2x2 texels (2x2x2 in a volume) of the level above; odd edges repeat the last texel.
+    /// Fills mip levels 1.. by averaging 2x2 texels (2x2x2 in a volume) of the level above, rounded to what the format can hold; odd edges repeat
+    /// the last texel. Integers have no mean: the first of the texels is taken.
     pub fn generate_mips(&mut self) {
+        let mut bytes = Vec::new();
         for level in 1..self.desc.mip_level_count {
             let (width, height, depth) = self.desc.level_size(level);
             let (above_width, above_height, above_depth) = self.desc.level_size(level - 1);
@@ -151,7 +156,12 @@ impl Texture {
                 };
                 for y in 0..height {
                     for x in 0..width {
-                        for channel in 0..self.info.channels {
+                        let mut mean = [0.0; 4];
+                        for (channel, mean) in mean.iter_mut().enumerate().take(self.info.channels) {
+                            if self.info.kind.is_integer() {
+                                *mean = self.surface(level - 1, layers[0]).get(2 * x, 2 * y, channel);
+                                continue;
+                            }
                             let mut sum = 0.0;
                             for &from in layers {
                                 let above = self.surface(level - 1, from);
@@ -160,8 +170,13 @@ impl Texture {
                                     sum += above.get(sx, sy, channel);
                                 }
                             }
-                            let mean = sum / (4 * layers.len()) as f32;
-                            self.surface_mut(level, layer).set(x, y, channel, mean);
+                            *mean = sum / (4 * layers.len()) as f32;
+                        }
+                        bytes.clear();
+                        encode_texel(self.info, &mean, &mut bytes);
+                        let rounded = decode_texel(self.info, &bytes);
+                        for (channel, &value) in rounded.iter().enumerate().take(self.info.channels) {
+                            self.surface_mut(level, layer).set(x, y, channel, value);
                         }
                     }
                 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::api::format::{FormatInfo, SUPPORTED_FORMATS, format_info};
+use crate::api::format::facts::{FormatInfo, SUPPORTED_FORMATS, format_info};
 use crate::api::state::TextureFormat;
 use crate::api::surface::TILE_PIXELS;
 

@@ -3,7 +3,8 @@
 //! A [`TextureView`] is some levels and layers of a texture; a [`TextureViewMut`] is one surface, for an attachment. [`Texture::split`] lends a
 //! texture out as both at once, where they do not overlap, so that a pass can draw a mip level from the one above it.
 
-use crate::api::format::{ChannelKind, FormatInfo, depth_value};
+use crate::api::format::depth::depth_value;
+use crate::api::format::facts::{ChannelKind, FormatInfo};
 use crate::api::state::TextureFormat;
 use crate::api::surface::{Surface, TILE_PIXELS};
 use crate::api::texture::Texture;
@@ -98,6 +99,7 @@ impl<'a> TextureView<'a> {
     }
 
     /// What a shader reads from a texel inside the surface: missing channels are 0, missing alpha 1, depth in 0..=1.
+    /// Of integer formats all four are bit patterns of integers.
     #[inline(always)]
     #[must_use]
     pub fn texel(&self, level: u32, layer: u32, x: u32, y: u32) -> [f32; 4] {
@@ -108,7 +110,7 @@ impl<'a> TextureView<'a> {
     /// [`Self::texel`] by its place in the planes of one of this view's surfaces.
     #[inline(always)]
     pub(crate) fn texel_at(&self, surface: &Surface, index: usize) -> [f32; 4] {
-        let mut out = [0.0, 0.0, 0.0, 1.0];
+        let mut out = [0.0, 0.0, 0.0, self.info.kind.missing_alpha()];
         for (channel, slot) in out.iter_mut().enumerate().take(surface.channels) {
             *slot = surface.planes[index + channel * TILE_PIXELS];
         }

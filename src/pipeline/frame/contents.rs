@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::api::buffer::Buffer;
-use crate::api::format::format_info;
+use crate::api::format::facts::format_info;
 use crate::api::state::LoadOp;
 use crate::api::texture::Texture;
 use crate::api::texture_descriptor::TextureError;

@@ -1,6 +1,6 @@
 //! Depth bias, and where some rasterizers keep it until it is added.
 
-use crate::api::format::ChannelKind;
+use crate::api::format::facts::ChannelKind;
 use crate::api::render_pipeline::RenderPipeline;
 use crate::api::rules::UnormDepth;
 

@@ -1,7 +1,7 @@
 //! Vertex buffers: decoding every WebGPU vertex format into the planar form that vertex shaders read.
 
 use crate::api::draw::VertexBuffer;
-use crate::api::format::f16_to_f32;
+use crate::api::format::small_float::f16_to_f32;
 use crate::api::state::{VertexBufferLayout, VertexFormat, VertexStepMode};
 
 /// What a component's bytes mean.

@@ -1,6 +1,7 @@
 //! Clearing of attachments, tile by tile.
 
-use crate::api::format::{ChannelKind, Quantizer, format_info, quantize_depth};
+use crate::api::format::depth::quantize_depth;
+use crate::api::format::facts::format_info;
 use crate::api::pass::Pass;
 use crate::api::rules::RasterRules;
 use crate::api::state::LoadOp;
@@ -23,12 +24,7 @@ impl Clears {
             let attachment = attachment.as_ref()?;
             let info = format_info(attachment.view.format())?;
             match attachment.load {
-                LoadOp::Clear(c) if info.kind == ChannelKind::Uint32 => Some([f32::from_bits(c.r as u32), 0.0, 0.0, 0.0]),
-                LoadOp::Clear(c) => {
-                    let quantizer = Quantizer::new(info.kind, f16);
-                    let values = [c.r, c.g, c.b, c.a];
-                    Some(std::array::from_fn(|i| quantizer.apply(values[i] as f32, i)))
-                }
+                LoadOp::Clear(c) => Some(info.clear_value(c, f16)),
                 _ => None,
             }
         });

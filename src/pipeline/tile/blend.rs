@@ -4,7 +4,8 @@ use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
 
 use nephroid_math::lanes::Lanes;
 
-use crate::api::format::{ChannelKind, FormatInfo, Quantizer};
+use crate::api::format::facts::FormatInfo;
+use crate::api::format::quantize::Quantizer;
 use crate::api::resolved::TargetPlan;
 use crate::api::rules::F16Rounding;
 use crate::api::state::{ADDITIVE, BlendComponent, BlendFactor, BlendOperation, ColorTargetState};
@@ -12,7 +13,7 @@ use crate::api::surface::TILE_PIXELS;
 
 impl TargetPlan {
     pub fn new(state: &ColorTargetState, info: FormatInfo, f16: F16Rounding) -> Self {
-        let clamp = matches!(info.kind, ChannelKind::Unorm8 | ChannelKind::Srgb8);
+        let clamp = info.kind.clamps_blending();
         let quantizer = Quantizer::new(info.kind, f16);
         let all = (1u32 << info.channels) - 1;
         let exact = quantizer == Quantizer::Exact && state.write_mask.bits() & all == all;

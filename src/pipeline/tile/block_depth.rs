@@ -5,7 +5,8 @@ use fearless_simd::{Simd, SimdFrom, f32x16, i32x16};
 use nephroid_math::lanes::{Lanes, lanes_from_i32};
 
 use crate::api::draw::Draw;
-use crate::api::format::{ChannelKind, quantize_depth_by};
+use crate::api::format::depth::quantize_depth_by;
+use crate::api::format::facts::ChannelKind;
 use crate::api::render_pipeline::RenderPipeline;
 use crate::api::rules::DepthPlane;
 use crate::geometry::depth_bias::depth_bias;

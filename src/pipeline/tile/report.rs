@@ -1,7 +1,8 @@
 //! What an observer is told of a tile.
 
 use crate::api::draw::Draw;
-use crate::api::format::{ChannelKind, depth_value, quantize_depth_by};
+use crate::api::format::depth::{depth_value, quantize_depth_by};
+use crate::api::format::facts::ChannelKind;
 use crate::api::observer::{FragmentEvent, FragmentOutcome};
 use crate::api::render_pipeline::RenderPipeline;
 use crate::api::shader::stages::ShadeItem;

@@ -72,7 +72,7 @@ impl MeshSurface {
         let v = ((z - self.origin[1]) * self.inverse_spacing[1]).clamp(0.0, self.counts[1]);
         let column = Lanes::min(u.floor(), u.like(self.counts[0] - 1.0));
         let row = Lanes::min(v.floor(), v.like(self.counts[1] - 1.0));
-        let (columns, rows) = (column.to_indices(), row.to_indices());
+        let (columns, rows) = (column.to_i32(), row.to_i32());
         let mut first = [0; 16];
         for lane in 0..L::LEN {
             first[lane] = rows[lane] as usize * self.columns + columns[lane] as usize;

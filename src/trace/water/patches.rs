@@ -68,7 +68,7 @@ impl Patches {
         let v = ((z - self.origin[1]) * self.inverse_size[1]).clamp(0.0, self.counts[1]);
         let column = Lanes::min(u.floor(), u.like(self.counts[0] - 1.0));
         let row = Lanes::min(v.floor(), v.like(self.counts[1] - 1.0));
-        let (columns, rows) = (column.to_indices(), row.to_indices());
+        let (columns, rows) = (column.to_i32(), row.to_i32());
         let mut lanes = [[[0.0_f32; 16]; 3]; 3];
         for lane in 0..L::LEN {
             let first = 2 * (rows[lane] as usize * self.columns + columns[lane] as usize);

@@ -211,8 +211,9 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
         v3(L::load(self.token, channels), L::load(self.token, &channels[TILE_PIXELS..]), L::load(self.token, &channels[2 * TILE_PIXELS..]))
     }
 
+    /// A varying's scalar of the fragment's own primitive at any pixel coordinates (integers, not centres).
     #[inline(always)]
-    fn varying_at(&self, scalar: usize, x: L, y: L) -> L {
+    pub(crate) fn varying_at(&self, scalar: usize, x: L, y: L) -> L {
         let mode = self.interpolation[scalar];
         let mut value = Weighted::new(self.own.attributes, x, y).varying(self.varyings, mode, scalar);
         for (lanes, other) in self.others {
