@@ -11,7 +11,7 @@ use nephroid::geom::shapes::{Cuboid, Grid, UvSphere};
 use nephroid::passes::compose::{ByDepth, DistanceFromDepth, Layer};
 use nephroid::passes::filter::Kernel;
 use nephroid::passes::geometry_buffer::ReceiverVertex;
-use nephroid::passes::light_buffer::{LightView, Pyramid, SurfaceDraw, SurfaceUniform};
+use nephroid::passes::light_buffer::{Keep, LightView, Pyramid, SurfaceDraw, SurfaceUniform};
 use nephroid::passes::rotating_filter::RotatingKernel;
 use nephroid::passes::{compose, downsample, filter, light_buffer, rotating_filter};
 use nephroid::pipeline::state::TextureFormat;
@@ -61,7 +61,7 @@ pub fn frame() -> Frame {
     let draws = [
         surface(&mut frame, &floor, (still, Vec3::ZERO), (&checker).into()),
         surface(&mut frame, &ball, (still, Vec3::new(0.6, 1.0, 0.1)), SurfaceUniform::refracting(1.5)),
-        surface(&mut frame, &block, (still, Vec3::new(-1.0, 0.25, -0.3)), (&mirror).into()),
+        surface(&mut frame, &block, (still, Vec3::new(-1.0, 0.3, -0.3)), (&mirror).into()),
     ];
     let pyramid = Pyramid {
         position_ws: Vec3::new(0.3, 3.0, 0.4),
@@ -73,10 +73,10 @@ pub fn frame() -> Frame {
         far_m: 8.0,
     };
     let point = LightView::point(&pyramid).expect("a pyramid");
-    let seen = light_buffer::add(&mut frame, "light_buffer 0", &point, SIZE, &draws);
+    let seen = light_buffer::add(&mut frame, "light_buffer 0", &point, SIZE, Keep::Nearest, &draws);
     let box_ls = (Vec3::new(-2.5, -2.0, -3.0), Vec3::new(2.5, 2.0, 3.0));
     let sun = LightView::parallel(Vec3::new(0.5, -1.0, 0.25), Vec3::Y, box_ls.0, box_ls.1).expect("a box");
-    light_buffer::add(&mut frame, "light_buffer 1", &sun, SIZE, &draws);
+    light_buffer::add(&mut frame, "light_buffer 1", &sun, SIZE, Keep::Farthest, &draws);
 
     let specks = texture(&mut frame, "specks", (61, 47), TextureFormat::Rgba32Float, &noise(1, 61 * 47 * 4));
     filter::separable(&mut frame, "low pass", specks, &Kernel::gaussian(1.5, 5).expect("a kernel"));

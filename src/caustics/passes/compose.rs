@@ -1,12 +1,13 @@
 //! Layers added up: `O(p) = Σₗ sₗ·Lₗ(p)`, where layers may be smaller than the result [PP10 §3, step 7, and §4.1].
 //!
-//! A layer of the result's size is read texel by texel. A smaller one is brought up by depth, which is joint bilateral upsampling [Kopf et al. 2007,
-//! *Joint Bilateral Upsampling*, eq. 3] over the 2x2 texels q around a pixel p,
+//! A layer of the result's size is read texel by texel. A smaller one is brought up by depth: joint bilateral upsampling [Kopf et al. 2007] over the
+//! 2x2 texels q around a pixel p,
 //!
 //! `L(p) = Σ_q I_q·f_q·g_q / Σ_q f_q·g_q`, with f the weights of linear interpolation and `g_q = 1 where |z_q − z_p| ≤ τ·z_p, else 0`,
 //!
-//! z being distances along the view. Where no texel passes, the one nearest in depth is taken [Jansen & Bavoil 2011, nearest-depth upsampling]; of
-//! several, the first one row by row. The paper's g is a Gaussian; it never quite vanishes, so a bright background bleeds over an edge.
+//! where z is the distance along the view: p's in the result's depth, q's in the layer's. Where no texel passes, the one nearest in depth is taken
+//! [nearest-depth upsampling, white paper of NVIDIA's OpacityMapping sample]; of several, the first one row by row. Kopf's g is a Gaussian, which never
+//! quite vanishes, so a bright background bleeds over an edge.
 //!
 //! What follows from it:
 //! - a constant comes out with the same bits, because the sum is taken of differences from the texel nearest in depth;

@@ -7,10 +7,10 @@
 //! - a constant comes out with the same bits;
 //! - weights are multiples of 2⁻²⁴ whose sum is 1 without rounding, so the response to one texel of 1 inside the texture is the weights
 //!   to the bit, and adds up to 1; both passes together add up to 1 within `(R + 2)·2⁻²⁴`, the rounding of their products;
-//! - what was not negative comes out not negative, as long as the centre's weight is above `R·2⁻²³`.
+//! - what was not negative comes out not negative, as long as the centre's weight is above `(R + 3)·2⁻²⁴`.
 //!
-//! Texels must be finite: one that is not spoils all that it reaches. Road not taken: taps between texels, which halve their number through the
-//! sampler's linear filter, whose weights have 8 bits on GPUs.
+//! These hold for 32-bit formats; 16-bit ones round after each pass. Texels must be finite: one that is not spoils all that it reaches.
+//! Road not taken: taps between texels, which halve their number through the sampler's linear filter, whose weights have 8 bits on GPUs.
 
 use std::sync::Arc;
 

@@ -1,18 +1,19 @@
 //! What a light sees, of any size: position, normal, material, refractive index and depth of the nearest surface along each of its rays
-//! [LD11 §4.1, the light's geometry buffer; WD06 §3, Fig. 2; PP10 §3, step 2].
+//! [LD11 §4.1, the light's geometry buffer; WD06 §3, Fig. 2; PP10 §3, step 2], or of the farthest one, where light leaves a body
+//! that it has entered at the nearest [Wyman 2005, *An Approximate Image-Space Approach for Interactive Refraction*, back faces].
 //!
-//! Targets, all zeros where the light meets nothing:
+//! Targets; those of colour are all zeros where the light meets nothing:
 //!
 //! | Target | Format | x, y, z | w |
 //! |---|---|---|---|
 //! | `position` | Rgba32Float | world space, m | 1 |
 //! | `normal` | Rgba32Float | world space, unit, against the light | 1 + [`MaterialKind`] |
 //! | `material` | Rgba32Float | albedo, reflectance of a mirror, or 1 for what refracts | refractive index beyond the surface over the one before it; 0 for what lets no light through |
-//! | `depth` | Depth32Float | 0..=1, near to far, that of the view's projection | |
+//! | `depth` | Depth32Float | 0..=1, near to far, that of the view's projection; where the light meets nothing, 1 for nearest surfaces, 0 for farthest | |
 //!
 //! A surface that is met from behind has its normal turned and its index inverted: the light is inside of the body, or under the water.
 //! What is drawn is the caller's choice: receivers, mirrors and glass, a water surface, together or in buffers of their own. Faces on both sides are
-//! drawn. Not here: surfaces behind the nearest one; a buffer of back faces is drawn by a view from the other side.
+//! drawn. Not here: surfaces between the nearest and the farthest.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -143,6 +144,15 @@ pub struct SurfaceDraw {
     pub surface: SurfaceUniform,
 }
 
+/// Which of the surfaces along a ray of light is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// The first one that light meets.
+    Nearest,
+    /// The last one before the far plane: of one closed body, where light has passed all of it.
+    Farthest,
+}
+
 /// The textures of a light buffer, see the module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightBuffer {
@@ -219,7 +229,11 @@ impl FragmentShader for Fragment {
 /// Adds a pass of this name and its targets `{label} position`, `{label} normal`, `{label} material` and `{label} depth`, texels by `size`.
 ///
 /// Of surfaces at the same depth the first one drawn is kept.
-pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), draws: &[SurfaceDraw]) -> LightBuffer {
+pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), keep: Keep, draws: &[SurfaceDraw]) -> LightBuffer {
+    let (compare, clear_depth) = match keep {
+        Keep::Nearest => (CompareFunction::Less, 1.0),
+        Keep::Farthest => (CompareFunction::Greater, 0.0),
+    };
     let mut target = |part: &str, format| frame.texture(TextureDescriptor::d2(format!("{label} {part}"), size.0, size.1, format));
     let format = TextureFormat::Rgba32Float;
     let buffer = LightBuffer {
@@ -234,7 +248,7 @@ pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), d
         depth_stencil: Some(DepthStencilState {
             format: TextureFormat::Depth32Float,
             depth_write_enabled: Some(true),
-            depth_compare: Some(CompareFunction::Less),
+            depth_compare: Some(compare),
             stencil: StencilState::default(),
             bias: DepthBiasState::default(),
         }),
@@ -266,7 +280,7 @@ pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), d
     frame.passes.push(FramePass {
         label: label.to_owned(),
         color: targets.map(|texture| Some(ColorTarget { view: texture.into(), load })).to_vec(),
-        depth: Some(DepthTarget { view: buffer.depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load }),
+        depth: Some(DepthTarget { view: buffer.depth.into(), depth_load: LoadOp::Clear(clear_depth), stencil_load: LoadOp::Load }),
         draws: frame_draws,
         ..FramePass::default()
     });

@@ -12,9 +12,9 @@
 //!
 //! With all angles together the mean square distance of the taps is `R²/2`, that of a uniform disc, and the mean offset is zero.
 //!
-//! Inputs, outputs and edges are those of [`super::filter`]. A constant comes out with the same bits, because the mean is a running one,
-//! `mₖ = mₖ₋₁ + (xₖ − mₖ₋₁)/k`; it never leaves the range of what it averages. Light is conserved on average over the 16 angles, not texel by texel:
-//! neighbours gather with different taps. Road not taken: an angle from a hash, whose noise has no period that a 4x4 mean could remove.
+//! Inputs, outputs and edges are those of [`super::filter`]. The mean is a running one, `mₖ = mₖ₋₁ + (xₖ − mₖ₋₁)/k`, so a constant comes out with the
+//! same bits, and what was not negative stays so. Light is conserved on average over the 16 angles, not texel by texel: neighbours gather
+//! with different taps. Road not taken: an angle from a hash, whose noise has no period that a 4x4 mean could remove.
 
 use std::sync::Arc;
 

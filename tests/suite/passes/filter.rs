@@ -126,6 +126,22 @@ fn one_pass_keeps_the_weights_bits() {
     assert_eq!(total(&across), 1.0);
 }
 
+/// Bright texels among dark ones and zeros, over twelve orders of magnitude.
+#[test]
+fn nothing_becomes_negative() {
+    let numbers: Vec<f32> = noise(13, (SIZE.0 * SIZE.1) as usize)
+        .into_iter()
+        .map(|v| if v < 0.3 { 0.0 } else { libm::exp(f64::from(v) * 28.0 - 14.0) as f32 })
+        .collect();
+    let mut results: Vec<Texture> = kernels()
+        .iter()
+        .map(|kernel| filtered(TextureFormat::R32Float, &numbers, |frame, source| separable(frame, "low", source, kernel)))
+        .collect();
+    results
+        .push(filtered(TextureFormat::R32Float, &numbers, |frame, source| rotating(frame, "turned", source, &RotatingKernel::default())));
+    assert!(results.iter().all(|result| result.read_channel(0, 0, 0).iter().all(|texel| *texel >= 0.0)));
+}
+
 #[test]
 fn constants_keep_their_bits_up_to_the_edges() {
     for (format, channels) in FORMATS {

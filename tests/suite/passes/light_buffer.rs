@@ -7,7 +7,8 @@ use nephroid::geom::shapes::{Grid, UvSphere};
 use nephroid::pipeline::Texture;
 use nephroid::scene::{Albedo, Material};
 
-use nephroid::passes::light_buffer::{LightView, Pyramid, SurfaceDraw, SurfaceUniform, add};
+use nephroid::passes::light_buffer::{Keep, LightView, Pyramid, SurfaceDraw, SurfaceUniform, add};
+use nephroid::passes::shadow_map::LightUniform;
 
 use super::executor;
 use crate::support::shared_passes::surface;
@@ -20,9 +21,13 @@ struct Seen([Texture; 4]);
 
 impl Seen {
     fn of(view: &LightView, size: (u32, u32), draws: impl FnOnce(&mut Frame) -> Vec<SurfaceDraw>) -> Self {
+        Self::keeping(Keep::Nearest, view, size, draws)
+    }
+
+    fn keeping(keep: Keep, view: &LightView, size: (u32, u32), draws: impl FnOnce(&mut Frame) -> Vec<SurfaceDraw>) -> Self {
         let mut frame = Frame::default();
         let draws = draws(&mut frame);
-        let buffer = add(&mut frame, "light_buffer", view, size, &draws);
+        let buffer = add(&mut frame, "light_buffer", view, size, keep, &draws);
         let mut executor: CpuExecutor = executor();
         let output = executor.run(&frame, None).expect("the frame runs");
         Self([buffer.position, buffer.normal, buffer.material, buffer.depth].map(|id| output.texture(id).clone()))
@@ -218,6 +223,40 @@ fn the_nearest_surface_is_kept_and_nothing_is_zeros() {
     }
 }
 
+/// Where parallel light leaves a ball of glass: the far half, from inside.
+#[test]
+fn the_farthest_surface_is_where_light_leaves_a_body() {
+    let view = LightView::parallel(Vec3::NEG_Y, Vec3::Z, Vec3::splat(-2.0), Vec3::splat(2.0)).expect("a box");
+    let ball = UvSphere { radius_m: 1.0, slices: 64, stacks: 32 }.mesh().expect("a ball");
+    let seen = |keep| {
+        Seen::keeping(keep, &view, (64, 64), |frame| {
+            vec![surface(frame, &ball, (Quat::IDENTITY, Vec3::ZERO), SurfaceUniform::refracting(1.5))]
+        })
+    };
+    let [nearest, farthest] = [seen(Keep::Nearest), seen(Keep::Farthest)];
+    for y in 0..64 {
+        for x in 0..64 {
+            let [wx, wz] = [x, y].map(|i| (f64::from(i) + 0.5) / 16.0 - 2.0);
+            let square = wx * wx + wz * wz;
+            let half = (1.0 - square).sqrt();
+            if square < 0.9 {
+                for (seen, side, index) in [(&nearest, 1.0, 1.5), (&farthest, -1.0, f64::from(1.0_f32 / 1.5))] {
+                    let [px, py, pz, _] = seen.texel(0, x, y);
+                    assert!((py - side * half).abs() < 0.01, "({x}, {y}): {py}");
+                    assert!((seen.texel(3, x, y)[0] - (2.0 - py) / 4.0).abs() < 1.0e-4);
+                    // The ball's outward normal is its position; it is turned where light comes from inside.
+                    let [nx, ny, nz, _] = seen.texel(1, x, y);
+                    assert!((DVec3::new(nx, ny, nz) - DVec3::new(px, py, pz) * side).length() < 0.02 && ny > 0.0);
+                    assert_eq!(seen.texel(2, x, y)[3], index);
+                }
+            } else if square > 1.1 {
+                assert_eq!([nearest.texel(3, x, y)[0], farthest.texel(3, x, y)[0]], [1.0, 0.0]);
+                assert_eq!(farthest.texel(0, x, y), [0.0; 4]);
+            }
+        }
+    }
+}
+
 #[test]
 fn vertices_can_be_drawn_without_indices() {
     let view = LightView::parallel(Vec3::NEG_Y, Vec3::Z, Vec3::splat(-1.0), Vec3::splat(1.0)).expect("a box");
@@ -237,6 +276,14 @@ fn vertices_can_be_drawn_without_indices() {
         assert_eq!(a.read_bytes(0, 0), b.read_bytes(0, 0));
     }
     assert_eq!(indexed.texel(0, 7, 7)[3], 1.0);
+}
+
+#[test]
+fn the_view_of_a_shadow_map_is_taken_over() {
+    let view = LightView::parallel(Vec3::NEG_Y, Vec3::Z, Vec3::splat(-1.0), Vec3::splat(1.0)).expect("a box");
+    let LightView { clip_from_world, position_ws } = view;
+    let light = LightUniform { clip_from_world, position_ws, ..bytemuck::Zeroable::zeroed() };
+    assert_eq!(LightView::from(&light), view);
 }
 
 #[test]
