@@ -9,3 +9,4 @@ mod conformance;
 mod crosscheck;
 mod formats;
 mod frames;
+mod passes;

@@ -21,6 +21,7 @@ mod frame_passes;
 mod joining;
 mod levels;
 mod meshes;
+mod not_a_number;
 mod order;
 mod presets;
 mod reference;

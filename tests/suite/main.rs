@@ -15,6 +15,7 @@ mod light_volumes;
 mod light_volumes_truth;
 mod memory;
 mod mesh_files;
+mod passes;
 mod render_cli;
 mod scene_files;
 mod trace;

@@ -8,15 +8,20 @@ use nephroid::caustics::light_volumes::slices::SliceVertex;
 use nephroid::caustics::{RenderOptions, Renderer};
 use nephroid::caustics::{TECHNIQUES, beams::Beam, caustic_volumes::shaders::VolumeUniform};
 use nephroid::passes::camera::CameraUniform;
+use nephroid::passes::compose::LayerUniform;
+use nephroid::passes::downsample::DownsampleUniform;
 use nephroid::passes::environment::EnvironmentUniform;
+use nephroid::passes::filter::KernelUniform;
 use nephroid::passes::geometry_buffer::{MaterialUniform, ReceiverVertex};
+use nephroid::passes::light_buffer::{LightView, SurfaceUniform};
+use nephroid::passes::rotating_filter::RotatingUniform;
 use nephroid::passes::shadow_map::LightUniform;
 use nephroid::passes::water_surface::WaterVertex;
 use nephroid::pipeline::BindingKind;
 use nephroid::pipeline::shader::Program;
 use nephroid::scene::{LightVolumes, PatternUniform, Radiometry};
 
-use crate::support::{scene_of_size, with_coarse_parts};
+use crate::support::{scene_of_size, shared_passes, with_coarse_parts};
 
 /// Name, size, and each field's name and offset.
 type Layout = (&'static str, usize, Vec<(&'static str, usize)>);
@@ -42,10 +47,16 @@ fn layouts() -> Vec<Layout> {
         layout!(BeamsUniform: sigma_t, planes),
         layout!(SliceVertex: plane_y, corner),
         layout!(RelightUniform: to_light),
+        layout!(LightView: clip_from_world, position_ws),
+        layout!(SurfaceUniform: pattern, optics),
+        layout!(KernelUniform: weights, step),
+        layout!(RotatingUniform: taps, rotations, count),
+        layout!(DownsampleUniform: sizes),
+        layout!(LayerUniform: scale, distance, ratio),
     ]
 }
 
-/// Every program of every frame: of all shipped scenes and techniques, as the paper has it and physical.
+/// Every program of every frame: of all shipped scenes and techniques, as the paper has it and physical, and of the passes that techniques share.
 fn programs() -> Vec<Arc<Program>> {
     let mut programs: Vec<Arc<Program>> = Vec::new();
     for scene in ["pool.ron", "pots.ron", "columns.ron", "analytic/flat_water.ron", "analytic/sine_water.ron"] {
@@ -70,6 +81,11 @@ fn programs() -> Vec<Arc<Program>> {
                     }
                 }
             }
+        }
+    }
+    for pipeline in shared_passes::frame().pipelines {
+        if !programs.iter().any(|p| p.name == pipeline.program.name) {
+            programs.push(pipeline.program);
         }
     }
     programs

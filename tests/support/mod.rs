@@ -7,6 +7,7 @@
 pub mod numbers;
 pub mod passes;
 pub mod program;
+pub mod shared_passes;
 pub mod traces;
 
 use std::path::{Path, PathBuf};

@@ -1,9 +1,14 @@
 //! A pass over every pixel: one triangle that covers the target.
 
+use std::sync::Arc;
+
 use nephroid_math::lanes::Lanes;
-use nephroid_math::vector::v4;
-use nephroid_pipeline::Bindings;
-use nephroid_pipeline::shader::{VertexInput, VertexOutput, VertexShader};
+use nephroid_math::vector::{V4, v4};
+use nephroid_pipeline::frame::{BindEntry, ColorTarget, Frame, FrameDraw, FramePass, TextureId};
+use nephroid_pipeline::sampler::load;
+use nephroid_pipeline::shader::{Program, VertexInput, VertexOutput, VertexShader};
+use nephroid_pipeline::state::{Color, ColorTargetState, ColorWrites};
+use nephroid_pipeline::{Bindings, LoadOp, RenderPipelineDescriptor, TextureDescriptor, TextureView};
 
 /// Vertices of the triangle.
 pub const VERTICES: std::ops::Range<u32> = 0..3;
@@ -18,4 +23,29 @@ impl VertexShader for FullscreenVertex {
         let y = input.per_vertex(|i| if i == 2 { 3.0 } else { -1.0 });
         output.position = v4(x, y, x.like(0.0), x.like(1.0));
     }
+}
+
+/// Adds a texture, and a pass of its name that writes every texel of it once.
+pub fn fill(frame: &mut Frame, desc: TextureDescriptor, program: Arc<Program>, entries: Vec<BindEntry>) -> TextureId {
+    let label = desc.label.clone();
+    let target = ColorTargetState { format: desc.format, blend: None, write_mask: ColorWrites::ALL };
+    let texture = frame.texture(desc);
+    let bindings = frame.bind_group(entries);
+    let pipeline =
+        frame.pipeline(RenderPipelineDescriptor { targets: vec![Some(target)], ..RenderPipelineDescriptor::new(label.clone(), program) });
+    let load = LoadOp::Clear(Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 });
+    frame.passes.push(FramePass {
+        label,
+        color: vec![Some(ColorTarget { view: texture.into(), load })],
+        draws: vec![FrameDraw::new(pipeline, bindings, VERTICES)],
+        ..FramePass::default()
+    });
+    texture
+}
+
+/// The texel at integer coordinates; beyond an edge of the texture the nearest texel inside.
+#[inline(always)]
+pub(super) fn load_clamped<L: Lanes>(texture: &TextureView<'_>, x: L, y: L) -> V4<L> {
+    let (width, height, _) = texture.level_size(0);
+    load(texture, Lanes::clamp(x, 0.0, (width - 1) as f32), Lanes::clamp(y, 0.0, (height - 1) as f32), 0, 0)
 }

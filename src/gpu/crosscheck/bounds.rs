@@ -81,6 +81,7 @@ const CHAINED_SEARCHED: Bound = bound("chained-searched", 1.0e-4, 20000.0, 1500.
 const STAGES: &[(&str, &str, Bound, Bound)] = &[
     // Pass, texture (all if empty), resynchronised, free-running.
     ("geometry_buffer", "", INTERPOLATED, INTERPOLATED),
+    ("light_buffer", "", INTERPOLATED, INTERPOLATED),
     ("light ", "direct", LOOKED_UP, CHAINED_LOOKED_UP),
     ("caustic_volumes", "volume_count", COUNTED, CHAINED),
     ("caustic_volumes", "", ACCUMULATED, CHAINED_LOOKED_UP),

@@ -110,8 +110,8 @@ pub(crate) struct TargetPlan {
     pub(crate) clamp: bool,
     /// Plain additive f32: the sum of what was there and what the shader gave, in every channel.
     pub additive_f32: bool,
-    /// What the shader gave, as it is, in every channel.
-    pub(crate) plain_f32: bool,
+    /// 32-bit targets that are not blended: what the shader gave, in every channel.
+    pub(crate) plain: bool,
 }
 
 /// How a fast path treats depth: `0` ignores it, `1` tests for what is in front, `2` tests and writes, `3` tests for what is behind.

@@ -109,8 +109,8 @@ impl Surface {
         self.planes[self.plane_index(x as usize, y as usize) + channel * TILE_PIXELS]
     }
 
-    /// Writes one number of a texel inside the surface, unrounded.
-    pub fn set(&mut self, x: u32, y: u32, channel: usize, value: f32) {
+    /// Writes one number of a texel inside the surface; it must be one that the format can hold.
+    pub(crate) fn set(&mut self, x: u32, y: u32, channel: usize, value: f32) {
         let index = self.plane_index(x as usize, y as usize) + channel * TILE_PIXELS;
         self.planes[index] = value;
     }
@@ -123,7 +123,7 @@ impl Surface {
     }
 
     /// Writes the stencil value of a texel inside the surface; nothing where there is no stencil plane.
-    pub fn set_stencil(&mut self, x: u32, y: u32, value: u8) {
+    pub(crate) fn set_stencil(&mut self, x: u32, y: u32, value: u8) {
         let (x, y) = (x as usize, y as usize);
         if let Some(slot) = self.stencil.get_mut(((y >> 6) * self.tiles_x + (x >> 6)) * TILE_PIXELS + offset_in_tile(x, y)) {
             *slot = value;

@@ -6,7 +6,8 @@
 use crate::api::rules::{ClipArithmetic, ClipVolume};
 use crate::geometry::viewport::{MIN_W, ViewTransform};
 use crate::primitive::clip_vertex::{ClipVertex, Plane};
-use crate::vendor::{llvmpipe, swiftshader};
+use crate::vendor::llvmpipe;
+use crate::vendor::swiftshader;
 
 /// A polygon never has more corners: three, and one more per plane.
 pub(crate) const MAX_CORNERS: usize = 3 + 9;

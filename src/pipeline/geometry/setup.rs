@@ -12,8 +12,9 @@ use crate::api::state::PixelRect;
 use crate::geometry::depth_bias::{depth_bias, greatest_exponent};
 use crate::primitive::planes::{Edges, PlaneFrame, ZPlane, max_slope};
 use crate::primitive::window::{HALF, WindowVertex};
+use crate::vendor::llvmpipe;
 use crate::vendor::llvmpipe::pack_bias;
-use crate::vendor::{llvmpipe, swiftshader};
+use crate::vendor::swiftshader;
 
 /// Twice the signed area in 1/65536 pixel², y down: positive is clockwise on the screen.
 #[inline(always)]

@@ -1,7 +1,9 @@
 //! Stream-out: the primitives of a part, vertex by vertex.
 
+use crate::api::format::nan::one_nan;
 use crate::api::render_pipeline::RenderPipeline;
 use crate::api::resolved::PrimitiveClass;
+use crate::api::shader::varying::Interpolation;
 use crate::geometry::chunk_output::{ChunkOutput, Scratch, Streamed};
 
 /// Appends the part's primitives, vertex by vertex.
@@ -12,8 +14,11 @@ pub(crate) fn stream_out(pipeline: &RenderPipeline, draw: u32, scratch: &Scratch
     for primitive in &scratch.primitives {
         for &vertex in &primitive[..corners] {
             let v = vertex as usize;
-            data.extend_from_slice(&scratch.clip.get(v));
-            data.extend_from_slice(&scratch.varyings[v * scalars..(v + 1) * scalars]);
+            data.extend(scratch.clip.get(v).map(one_nan));
+            let varyings = &scratch.varyings[v * scalars..(v + 1) * scalars];
+            // A flat varying may be the bits of an integer.
+            let stored = |(&value, mode)| if mode == &Interpolation::Flat { value } else { one_nan(value) };
+            data.extend(varyings.iter().zip(&pipeline.interpolation).map(stored));
         }
     }
     let sizes = match pipeline.rasterized {

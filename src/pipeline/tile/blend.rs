@@ -5,6 +5,7 @@ use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
 use nephroid_math::lanes::Lanes;
 
 use crate::api::format::facts::FormatInfo;
+use crate::api::format::nan::one_nan_lanes;
 use crate::api::format::quantize::Quantizer;
 use crate::api::resolved::TargetPlan;
 use crate::api::rules::F16Rounding;
@@ -16,10 +17,10 @@ impl TargetPlan {
         let clamp = info.kind.clamps_blending();
         let quantizer = Quantizer::new(info.kind, f16);
         let all = (1u32 << info.channels) - 1;
-        let exact = quantizer == Quantizer::Exact && state.write_mask.bits() & all == all;
+        let exact = matches!(quantizer, Quantizer::Exact | Quantizer::Float32) && state.write_mask.bits() & all == all;
         let additive_f32 = exact && state.blend == Some(ADDITIVE);
-        let plain_f32 = exact && state.blend.is_none();
-        Self { channels: info.channels, blend: state.blend, write_mask: state.write_mask, quantizer, clamp, additive_f32, plain_f32 }
+        let plain = exact && state.blend.is_none();
+        Self { channels: info.channels, blend: state.blend, write_mask: state.write_mask, quantizer, clamp, additive_f32, plain }
     }
 
     /// A block's colours as they are blended.
@@ -37,6 +38,12 @@ impl TargetPlan {
     pub fn replaces(&self) -> bool {
         let all = (1u32 << self.channels) - 1;
         self.blend.is_none() && self.write_mask.bits() & all == all
+    }
+
+    /// What a target of 32 bits stores: integers as they are, floats with the one NaN.
+    #[inline(always)]
+    fn exactly<S: Simd>(&self, value: f32x16<S>) -> f32x16<S> {
+        if self.quantizer == Quantizer::Float32 { one_nan_lanes(value) } else { value }
     }
 
     /// Whether a channel is written at all.
@@ -64,16 +71,17 @@ impl TargetPlan {
             for (c, source) in source.chunks_exact(16).enumerate().take(self.channels) {
                 let plane = &mut planes[c * TILE_PIXELS + offset..][..16];
                 let old = <f32x16<S> as Lanes>::load(simd, plane);
-                let sum = <f32x16<S> as Lanes>::load(simd, source) + old;
+                let sum = one_nan_lanes(<f32x16<S> as Lanes>::load(simd, source) + old);
                 Lanes::store(<f32x16<S> as Lanes>::select(lanes, sum, old), plane);
             }
             return;
         }
-        if self.plain_f32 {
+        if self.plain {
             for (c, source) in source.chunks_exact(16).enumerate().take(self.channels) {
                 let plane = &mut planes[c * TILE_PIXELS + offset..][..16];
                 let old = <f32x16<S> as Lanes>::load(simd, plane);
-                Lanes::store(<f32x16<S> as Lanes>::select(lanes, Lanes::load(simd, source), old), plane);
+                let new = self.exactly(<f32x16<S> as Lanes>::load(simd, source));
+                Lanes::store(<f32x16<S> as Lanes>::select(lanes, new, old), plane);
             }
             return;
         }
@@ -102,7 +110,10 @@ impl TargetPlan {
             }
             let value = result[c];
             let plane = &mut planes[c * TILE_PIXELS + offset..][..16];
-            let value = if self.quantizer == Quantizer::Exact { value } else { Lanes::map(value, |v| self.quantizer.apply(v, c)) };
+            let value = match self.quantizer {
+                Quantizer::Exact | Quantizer::Float32 => self.exactly(value),
+                quantizer => Lanes::map(value, |v| quantizer.apply(v, c)),
+            };
             let old = <f32x16<S> as Lanes>::load(simd, plane);
             Lanes::store(<f32x16<S> as Lanes>::select(lanes, value, old), plane);
         }

@@ -8,6 +8,7 @@ use fearless_simd_macros::simd;
 use nephroid_math::lanes::Lanes;
 
 use crate::api::draw::Draw;
+use crate::api::format::nan::one_nan_lanes;
 use crate::api::resolved::{BEHIND, FastPath, IGNORE, TEST, WRITE};
 use crate::api::shader::fragment::{PrimitiveAttributes, ShadeSource};
 use crate::api::shader::stages::FragmentStage;
@@ -154,7 +155,7 @@ impl<S: Simd, const CHANNELS: usize, const DEPTH: u8> BlockSink<S> for AddSink<'
         for c in 0..CHANNELS {
             let block = &mut self.planes[c * TILE_PIXELS + offset..][..16];
             let old = <f32x16<S> as Lanes>::load(simd, block);
-            Lanes::store(<f32x16<S> as Lanes>::select(pass, old + self.color[c], old), block);
+            Lanes::store(<f32x16<S> as Lanes>::select(pass, one_nan_lanes(old + self.color[c]), old), block);
         }
     }
     #[inline(always)]
@@ -165,7 +166,7 @@ impl<S: Simd, const CHANNELS: usize, const DEPTH: u8> BlockSink<S> for AddSink<'
         let offset = offset_in_tile(bx as usize, by as usize);
         for c in 0..CHANNELS {
             let block = &mut self.planes[c * TILE_PIXELS + offset..][..16];
-            Lanes::store(<f32x16<S> as Lanes>::load(simd, block) + self.color[c], block);
+            Lanes::store(one_nan_lanes(<f32x16<S> as Lanes>::load(simd, block) + self.color[c]), block);
         }
         self.passed += 16;
     }

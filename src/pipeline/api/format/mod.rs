@@ -8,6 +8,7 @@
 pub(crate) mod depth;
 pub(crate) mod facts;
 pub(crate) mod integer;
+pub(crate) mod nan;
 pub(crate) mod normalized;
 pub(crate) mod quantize;
 pub(crate) mod shared_exponent;

@@ -2,16 +2,20 @@
 
 use crate::api::format::facts::{ChannelKind, FormatInfo};
 use crate::api::format::integer::{sint, uint};
+use crate::api::format::nan::one_nan;
 use crate::api::format::normalized::{unorm, unorm8};
 use crate::api::format::small_float::{f16_to_f32, f32_to_f16, f32_to_ufloat, ufloat_to_f32};
 use crate::api::format::srgb::{linear_to_srgb8, srgb8_to_linear};
-use crate::state::{Color, F16Rounding};
+use crate::api::rules::F16Rounding;
+use crate::api::state::Color;
 
 /// Rounds numbers to what a colour target can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantizer {
-    /// f32 and 32-bit integers: nothing to do. So are formats that cannot be drawn to.
+    /// 32-bit integers and formats that cannot be drawn to: nothing to do.
     Exact,
+    /// f32: every not-a-number becomes the one that is stored.
+    Float32,
     /// Clamp to 0..=1, `⌊v·255 + 0.5⌋/255`; NaN becomes 0 [D3D11.3 §3.2.3.6].
     Unorm8,
     /// The same in steps of 1/1023, alpha in thirds.
@@ -38,7 +42,8 @@ impl Quantizer {
             ChannelKind::Srgb8 => Self::Srgb8,
             ChannelKind::Float16 => Self::Float16(f16),
             ChannelKind::Ufloat11 => Self::Ufloat11(f16),
-            ChannelKind::Uint(32) | ChannelKind::Sint(32) | ChannelKind::Float32 => Self::Exact,
+            ChannelKind::Float32 => Self::Float32,
+            ChannelKind::Uint(32) | ChannelKind::Sint(32) => Self::Exact,
             ChannelKind::Uint(bits) => Self::Uint(bits),
             ChannelKind::Sint(bits) => Self::Sint(bits),
             ChannelKind::Snorm8 | ChannelKind::SharedExponent | ChannelKind::UnormDepth(_) => Self::Exact,
@@ -50,6 +55,7 @@ impl Quantizer {
     pub fn apply(self, value: f32, channel: usize) -> f32 {
         match self {
             Self::Exact => value,
+            Self::Float32 => one_nan(value),
             Self::Unorm8 => f32::from(unorm8(value)) / 255.0,
             Self::Unorm10 if channel == 3 => unorm(value, 2) as f32 / 3.0,
             Self::Unorm10 => unorm(value, 10) as f32 / 1023.0,

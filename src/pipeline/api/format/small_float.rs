@@ -3,6 +3,7 @@
 //! Value of exponent `e` and fraction `f` of `F` bits: `2^(e − 15)·(1 + f/2^F)`; `e = 0`: `2^−14·f/2^F`; `e = 31`: infinity, or not-a-number where
 //! `f` is not 0 [D3D11.3 §3.1.7; Khronos Data Format 1.3 §10].
 
+use crate::api::format::nan::one_nan;
 use crate::api::rules::F16Rounding;
 
 /// Exponent and fraction of a small float of this many fraction bits, from a binary32 without its sign.
@@ -43,17 +44,17 @@ fn unpack(bits: u16, fraction_bits: u32) -> u32 {
     }
 }
 
-/// binary32 to binary16. NaN keeps its sign and becomes the quiet NaN.
+/// binary32 to binary16. NaN becomes the quiet NaN without sign.
 #[must_use]
 pub fn f32_to_f16(value: f32, rounding: F16Rounding) -> u16 {
-    let bits = value.to_bits();
+    let bits = one_nan(value).to_bits();
     ((bits >> 16) & 0x8000) as u16 | pack(bits & 0x7fff_ffff, 10, rounding)
 }
 
-/// binary16 to binary32, exact.
+/// binary16 to binary32, exact; NaN becomes the quiet NaN without sign.
 #[must_use]
 pub fn f16_to_f32(half: u16) -> f32 {
-    f32::from_bits(u32::from(half & 0x8000) << 16 | unpack(half, 10))
+    one_nan(f32::from_bits(u32::from(half & 0x8000) << 16 | unpack(half, 10)))
 }
 
 /// binary32 to a float of 5 exponent bits, 6 or 5 fraction bits and no sign. Numbers below zero and −∞ become 0, not-a-number of either sign the
@@ -66,10 +67,10 @@ pub fn f32_to_ufloat(value: f32, fraction_bits: u32, rounding: F16Rounding) -> u
     pack(value.to_bits() & 0x7fff_ffff, fraction_bits, rounding)
 }
 
-/// The inverse of [`f32_to_ufloat`], exact.
+/// The inverse of [`f32_to_ufloat`], exact; NaN becomes the quiet NaN.
 #[must_use]
 pub fn ufloat_to_f32(bits: u16, fraction_bits: u32) -> f32 {
-    f32::from_bits(unpack(bits, fraction_bits))
+    one_nan(f32::from_bits(unpack(bits, fraction_bits)))
 }
 
 #[cfg(test)]

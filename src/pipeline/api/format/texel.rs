@@ -1,10 +1,10 @@
 //! Texels as the bytes of their format, little endian.
 
-use crate::api::format::quantize::fraction_bits;
-
 use crate::api::format::facts::{ChannelKind, FormatInfo};
 use crate::api::format::integer::{extended, sint, uint};
+use crate::api::format::nan::one_nan;
 use crate::api::format::normalized::{snorm8, snorm8_value, unorm, unorm8};
+use crate::api::format::quantize::fraction_bits;
 use crate::api::format::shared_exponent;
 use crate::api::format::small_float::{f16_to_f32, f32_to_f16, f32_to_ufloat, ufloat_to_f32};
 use crate::api::format::srgb::{linear_to_srgb8, srgb8_to_linear};
@@ -106,7 +106,8 @@ pub fn decode_texel(info: FormatInfo, bytes: &[u8]) -> [f32; 4] {
             ChannelKind::Float16 => f16_to_f32(code as u16),
             ChannelKind::Sint(bits) => extended(code, bits),
             ChannelKind::UnormDepth(_) => code as f32,
-            ChannelKind::Float32 | ChannelKind::Uint(_) => f32::from_bits(code),
+            ChannelKind::Float32 => one_nan(f32::from_bits(code)),
+            ChannelKind::Uint(_) => f32::from_bits(code),
             ChannelKind::Unorm10 | ChannelKind::Ufloat11 | ChannelKind::SharedExponent => f32::from_bits(code),
         };
     }
