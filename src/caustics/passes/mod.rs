@@ -5,11 +5,13 @@
 //! - [`light`]: direct light and visibility of each pixel for one light.
 //! - [`shade`]: irradiance to radiance.
 //! - [`water_surface`]: the picture: sky, receivers, and the water in front of them.
+//! - [`in_scattering`]: light scattered by the medium on the way to the eye, added to the picture.
 
 pub mod camera;
 pub mod environment;
 pub mod fullscreen;
 pub mod geometry_buffer;
+pub mod in_scattering;
 pub mod light;
 pub mod shade;
 pub mod shadow_map;

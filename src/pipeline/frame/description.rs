@@ -213,9 +213,9 @@ pub struct FramePass {
     pub draws: Vec<FrameDraw>,
     /// Occlusion queries.
     pub query_count: usize,
-    /// What the pass gives, if it ran while the frame was built and leaves its attachments as they are. Unless somebody looks inside, an executor
-    /// need not run it again. Default: not known.
-    pub known: Option<PassOutput>,
+    /// Output of the pass, if it ran while the frame was built and leaves its attachments as they are. An executor may return it in place of
+    /// running the pass, unless an observer watches the pass. Default: `None`.
+    pub cached: Option<PassOutput>,
 }
 
 impl FramePass {

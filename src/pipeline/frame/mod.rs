@@ -4,6 +4,7 @@
 //! [`CpuExecutor`] does so on `pipeline`. Everything done to a frame (rendering, capture, cross-checking, benchmarking) is done to this description,
 //! so every technique gets it for nothing.
 
+mod append;
 pub mod cpu;
 mod description;
 mod memory;
