@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nephroid::caustics::builder::{Contributions, FrameBuilder, FrameLight, ViewOptions, cut_level};
 use nephroid::caustics::{LayerSource, Receivers, RenderError, TechniqueFrame};
 use nephroid::frame::{CpuExecutor, Executor, Frame, FrameOutput, TextureId};
+use nephroid::passes::geometry_buffer::ReceiverVertex;
 use nephroid::pipeline::state::TextureFormat;
 use nephroid::pipeline::{Device, DeviceOptions, TextureDescriptor};
 use nephroid::scene::water::HeightField;
@@ -86,9 +87,9 @@ fn in_scattered_radiance_adds_to_the_picture_exactly() {
         let expected: Vec<[f32; 4]> = plain.iter().map(|p| [p[0] + radiance[0], p[1] + radiance[1], p[2] + radiance[2], p[3]]).collect();
         assert!(lit == expected, "{what}: the picture did not grow by the radiance");
         assert!(plain.iter().any(|p| *p != plain[0]), "{what}: an even picture proves little");
-        // A change of one unit in the last place of the radiance is noticed.
-        let next = f32::from_bits(radiance[2].to_bits() + 1);
-        assert!(plain.iter().zip(&lit).any(|(p, l)| p[2] + next != l[2]), "{what}: the comparison cannot fail");
+        // A thousandth more radiance would be noticed.
+        let more = radiance[2] * 1.001;
+        assert!(plain.iter().zip(&lit).any(|(p, l)| p[2] + more != l[2]), "{what}: the comparison cannot fail");
         // Surfaces are lit as before, and the radiance is a layer of its own.
         assert!(texels(&with, &output, "godrays").iter().all(|texel| texel[..3] == radiance), "{what}");
         let shaded = |built: &TechniqueFrame| built.frame.texture_named("radiance").expect("the pass `shade` has a target");
@@ -161,4 +162,34 @@ fn lights_come_in_order_each_after_its_own_passes_and_errors_end_the_loop() {
         Err(RenderError::TooManyGenerators { object: format!("light {}", light.number), limit: 0 })
     });
     assert!(matches!(failed, Err(RenderError::TooManyGenerators { .. })) && calls == 1, "{calls} calls");
+}
+
+#[test]
+fn receivers_are_cut_at_the_water_and_keep_their_area() {
+    let (_, scene) = &scenes()[1];
+    let level = cut_level(scene, VIEW.eye_refraction).expect("the eye looks through water");
+    let [whole, cut] = [None, Some(level)].map(|cut| Receivers::new(scene, cut).expect("the scene's meshes"));
+    let crossing = |receivers: &Receivers| {
+        let crosses =
+            |t: [u32; 3]| receivers.mesh.corners(t).iter().any(|p| p.y > level) && receivers.mesh.corners(t).iter().any(|p| p.y < level);
+        receivers.mesh.triangles().filter(|&t| crosses(t)).count()
+    };
+    assert!(crossing(&whole) > 0, "nothing is cut");
+    assert_eq!(crossing(&cut), 0);
+    let area = |receivers: &Receivers| {
+        let of = |t: [u32; 3]| {
+            let [a, b, c] = receivers.mesh.corners(t).map(|p| p.as_dvec3());
+            0.5 * (b - a).cross(c - a).length()
+        };
+        receivers.mesh.triangles().map(of).sum::<f64>()
+    };
+    assert!((area(&cut) / area(&whole) - 1.0).abs() < 1.0e-6, "{} in place of {}", area(&cut), area(&whole));
+    for receivers in [&whole, &cut] {
+        // Groups and buffers are of the same mesh.
+        let last = receivers.groups.last().expect("an object");
+        assert_eq!(last.elements.end as usize, receivers.mesh.indices.len());
+        assert_eq!(receivers.triangles as usize, receivers.mesh.triangle_count());
+        assert_eq!(receivers.vertices.len(), receivers.mesh.vertex_count() * size_of::<ReceiverVertex>());
+        assert_eq!(receivers.indices.len(), receivers.mesh.indices.len() * size_of::<u32>());
+    }
 }

@@ -22,7 +22,8 @@ pub struct Contributions {
     /// Caustic irradiance of what each sample sees, W/m², linear RGB: layer `caustic_irradiance`.
     pub irradiance: TextureId,
     /// Caustic light that the medium scatters towards the eye, summed along the eye's path, W/(m² sr), linear RGB: layer `godrays`. It is added
-    /// after surface radiance has been attenuated, so it must be attenuated already.
+    /// after surface radiance has been attenuated, so it must be attenuated already. The water's mean in-scattering, which has no caustics
+    /// (`EnvironmentUniform::inscatter`), stays in the picture.
     pub in_scattered: Option<TextureId>,
     /// The technique's own layers.
     pub layers: Vec<LayerSource>,

@@ -21,7 +21,7 @@ pub struct Hull {
 }
 
 impl Hull {
-    /// Corner numbers of each face.
+    /// Numbers of each face's vertices.
     #[must_use]
     pub fn faces(&self) -> &[[u8; 3]] {
         &self.faces[..self.count]

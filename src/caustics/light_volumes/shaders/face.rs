@@ -43,7 +43,9 @@ impl VertexShader for VertexAtFace {
 
 /// Adds what is interpolated on the face.
 pub struct FragmentAtFace {
+    /// Whether radiometry is that of the paper.
     pub paper: bool,
+    /// What is summed.
     pub gather: Gather,
 }
 

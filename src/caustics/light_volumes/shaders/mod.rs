@@ -2,7 +2,6 @@
 //!
 //! A vertex shader makes the vertices of every beam from one array of dummy vertices; the beam is in a uniform. The draw that counts and the draw
 //! that adds light run the same program, so their vertices have the same bits on any driver; the first masks its colours.
-
 //!
 //! | File, with its twin in WGSL | What |
 //! |---|---|

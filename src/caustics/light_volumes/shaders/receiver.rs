@@ -31,7 +31,9 @@ impl VertexShader for VertexAtReceiver {
 
 /// Computes the light in the section at the receiver's height.
 pub struct FragmentAtReceiver {
+    /// Whether radiometry is that of the paper.
     pub paper: bool,
+    /// What is summed.
     pub gather: Gather,
 }
 
