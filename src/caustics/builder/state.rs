@@ -50,3 +50,21 @@ pub fn additive(sums: &[Option<Sum>]) -> (Vec<Option<ColorTargetState>>, Vec<Opt
     let attachments = sums[..used].iter().map(|sum| sum.and_then(|sum| clear_or_keep(sum.texture, sum.clear)));
     (states.collect(), attachments.collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn holes_between_sums_stay_and_holes_at_the_end_do_not() {
+        let sum = |id, clear| Some(Sum { texture: TextureId::at(id), format: TextureFormat::R32Float, clear });
+        let (states, attachments) = additive(&[sum(3, true), None, sum(5, false), None, None]);
+        assert_eq!((states.len(), attachments.len()), (3, 3));
+        assert!(states[1].is_none() && attachments[1].is_none());
+        let [first, last] = [0, 2].map(|k: usize| attachments[k].expect("a sum"));
+        assert_eq!([first.view.texture, last.view.texture], [TextureId::at(3), TextureId::at(5)]);
+        assert!(matches!(first.load, LoadOp::Clear(_)) && matches!(last.load, LoadOp::Load));
+        assert!(states[0].as_ref().is_some_and(|state| state.blend == Some(ADDITIVE)));
+        assert!(additive(&[None, None]).0.is_empty());
+    }
+}

@@ -129,7 +129,7 @@ fn beams_of(positions: [Vec3; 3], vertices: [&GeneratorVertex; 3], radiometry: R
         Radiometry::Paper => area,
     };
     let beams = vertices[0].paths.iter().filter_map(|first| {
-        let same = |vertex: &GeneratorVertex| vertex.paths.iter().find(|path| path.way == first.way).copied();
+        let same = |vertex: &GeneratorVertex| vertex.paths.iter().find(|path| path.hash == first.hash).copied();
         let paths = [*first, same(vertices[1])?, same(vertices[2])?];
         let carried: [Vec3; 3] =
             std::array::from_fn(|i| if vertices[i].lit { vertices[i].irradiance * paths[i].share } else { Vec3::ZERO });

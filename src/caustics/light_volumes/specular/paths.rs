@@ -27,7 +27,7 @@ const LEAST_FALL: f32 = 1.0e-3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Path {
     /// Hash of the events and pieces of surface on the path.
-    pub way: u64,
+    pub hash: u64,
     /// Share of the arriving light that it carries, linear RGB.
     pub share: Vec3,
     /// Place of the last event, m.
@@ -67,7 +67,7 @@ struct Meeting {
 /// Light that is being followed.
 #[derive(Clone, Copy)]
 struct State {
-    way: u64,
+    hash: u64,
     share: Vec3,
     position: Vec3,
     direction: Vec3,
@@ -118,7 +118,7 @@ impl Surfaces {
         // Off the surface and towards the light: the ground that an object stands on is no obstacle.
         let start = position + (facing - direction) * self.step_off;
         let lit = self.nearest(start, -direction, distance).is_none();
-        let start = State { way: 1, share: Vec3::ONE, position, direction, events: 0, inside: None };
+        let start = State { hash: 1, share: Vec3::ONE, position, direction, events: 0, inside: None };
         // All three vertices of a generator lie on the same piece, so piece 0 stands for it.
         let meeting = Meeting { position, mesh: object, piece: 0, normal, face: normal };
         let mut found = Vec::new();
@@ -130,7 +130,7 @@ impl Surfaces {
                     self.event(state, &meeting, &mut left);
                 }
                 _ if state.inside.is_none() => {
-                    found.push(Path { way: state.way, share: state.share, position: state.position, direction: state.direction });
+                    found.push(Path { hash: state.hash, share: state.share, position: state.position, direction: state.direction });
                 }
                 _ => {}
             }
@@ -160,8 +160,8 @@ impl Surfaces {
             let goes_through = direction.dot(face) < 0.0;
             let position = at.position + face * if through { -self.step_off } else { self.step_off };
             let key = (u64::from(at.mesh) << 32 | u64::from(at.piece)) << 3 | event;
-            let way = (state.way ^ key).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29).wrapping_add(key);
-            let next = State { way, share, position, direction, events: state.events + 1, inside };
+            let hash = (state.hash ^ key).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29).wrapping_add(key);
+            let next = State { hash, share, position, direction, events: state.events + 1, inside };
             (goes_through == through && share.max_element() >= LEAST_SHARE).then_some(next)
         };
         let side = u64::from(outside);
