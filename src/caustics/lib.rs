@@ -1,12 +1,13 @@
 //! The techniques: each builds frames from a scene. One table, [`TECHNIQUES`], drives the command line, the reports and the tests.
 
 pub mod beams;
+pub mod builder;
 pub mod caustic_volumes;
 mod layers;
 pub mod light_volumes;
 pub mod passes;
+pub mod readback;
 mod receivers;
-mod stage;
 
 pub use receivers::{ReceiverGroup, Receivers};
 

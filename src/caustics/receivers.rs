@@ -1,8 +1,8 @@
-//! A scene's objects as the passes draw them: one buffer of world-space vertices and a run of indices per object.
+//! A scene's objects as the passes draw them: one world-space mesh, and a run of its indices per object.
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use crate::passes::geometry_buffer::ReceiverVertex;
@@ -11,34 +11,69 @@ use nephroid_scene::geom::{Aabb, Mesh};
 use nephroid_scene::water::Water;
 use nephroid_scene::{Light, Material, Object, Scene, SceneError};
 
-/// One object's part of the index buffer.
+/// One object's part of the mesh.
 #[derive(Clone, Debug)]
 pub struct ReceiverGroup {
     /// What it does with light.
     pub material: Material,
-    /// Indices, in the shared index buffer.
+    /// Places in the mesh's indices.
     pub elements: std::ops::Range<u32>,
-    /// Wholly under water, with nothing dry that light from above could reach past it: it casts no shadow through air.
+    /// Whether all of it is under water and no light from above could pass it and reach something dry: then it casts no shadow through air.
     pub submerged: bool,
 }
 
 /// All receivers of a scene. Static: made once, shared by all frames of an animation.
 #[derive(Clone, Debug)]
 pub struct Receivers {
-    /// [`ReceiverVertex`] in world space.
+    /// World-space mesh of all objects, one after the other.
+    pub mesh: Mesh,
+    /// The mesh's vertices for shaders, as [`ReceiverVertex`]; one unused vertex if there is none, because a storage binding holds at least one.
     pub vertices: Arc<Buffer>,
-    /// 32-bit indices.
+    /// The mesh's indices for draws, 32 bits.
     pub indices: Arc<Buffer>,
     /// Per object.
     pub groups: Vec<ReceiverGroup>,
-    /// World-space bounds.
+    /// World-space bounds of the mesh.
     pub bounds: Aabb,
-    /// Triangles in all.
+    /// Triangles of the mesh.
     pub triangles: u64,
 }
 
 impl Receivers {
-    /// The groups that can keep a light from what is dry, or from the water surface.
+    /// Makes or loads every object's mesh, several at a time; of several errors the first object's is reported. Triangles that cross `cut_y` are
+    /// cut there, so that what is under water can be raised (see [`crate::passes::camera::CameraUniform::raise`]) without bending what is above.
+    ///
+    /// # Errors
+    /// If a mesh cannot be made or loaded.
+    pub fn new(scene: &Scene, cut_y: Option<f32>) -> Result<Self, SceneError> {
+        let place = |(index, object): (usize, &Object)| Ok(scene.mesh(index)?.transformed(object.transform.world_from_object()));
+        let meshes: Vec<Result<Mesh, SceneError>> = scene.objects.par_iter().enumerate().map(place).collect();
+        let mut all = Mesh::default();
+        let mut groups = Vec::new();
+        for (object, mesh) in scene.objects.iter().zip(meshes) {
+            let first = all.indices.len() as u32;
+            append(&mut all, &mesh?, cut_y);
+            let elements = first..all.indices.len() as u32;
+            groups.push(ReceiverGroup { material: object.material.clone(), elements, submerged: false });
+        }
+        if let Some(water) = &scene.water {
+            find_submerged(&all, &mut groups, water);
+        }
+        let mut vertices: Vec<ReceiverVertex> = all.positions.iter().zip(&all.normals).map(|(&p, &n)| receiver_vertex(p, n)).collect();
+        if vertices.is_empty() {
+            vertices.push(receiver_vertex(Vec3::ZERO, Vec3::Y));
+        }
+        Ok(Self {
+            vertices: Arc::new(Buffer::from_slice(&vertices)),
+            indices: Arc::new(Buffer::from_slice(&all.indices)),
+            groups,
+            bounds: all.bounds(),
+            triangles: all.triangle_count() as u64,
+            mesh: all,
+        })
+    }
+
+    /// The groups that can cast a shadow of this light on something dry, or on the water surface.
     pub fn air_casters<'a>(&'a self, light: &Light, level_y: f32) -> impl Iterator<Item = &'a ReceiverGroup> + use<'a> {
         let from_above = match *light {
             Light::Directional { .. } => light.incident(Vec3::ZERO).direction_ws.y < 0.0,
@@ -46,114 +81,95 @@ impl Receivers {
         };
         self.groups.iter().filter(move |group| !(group.elements.is_empty() || from_above && group.submerged))
     }
-}
 
-impl Receivers {
-    /// Builds or loads every object's mesh, several at a time; of several errors the first object's is reported. Triangles that cross `cut_y` are cut there, so that what is under water can be moved
-    /// (see [`crate::passes::camera::CameraUniform::raise`]) without bending what is above.
-    pub fn new(scene: &Scene, cut_y: Option<f32>) -> Result<Self, SceneError> {
-        let mut builder = Builder { vertices: Vec::new(), indices: Vec::new(), cut_y };
-        let mut groups = Vec::new();
-        let place = |(index, object): (usize, &Object)| Ok(scene.mesh(index)?.transformed(object.transform.world_from_object()));
-        let meshes: Vec<Result<Mesh, SceneError>> = scene.objects.par_iter().enumerate().map(place).collect();
-        for (object, mesh) in scene.objects.iter().zip(meshes) {
-            let mesh = mesh?;
-            let first = builder.indices.len() as u32;
-            builder.mesh(&mesh);
-            let elements = first..builder.indices.len() as u32;
-            groups.push(ReceiverGroup { material: object.material.clone(), elements, submerged: false });
-        }
-        if let Some(water) = &scene.water {
-            builder.find_submerged(&mut groups, water);
-        }
-        let bounds = Aabb::from_points(builder.vertices.iter().map(|v| v.position_ws.truncate()));
-        let triangles = builder.indices.len() as u64 / 3;
-        // Storage bindings hold at least one element.
-        if builder.vertices.is_empty() {
-            builder.vertices.push(ReceiverVertex { position_ws: Vec4::W, normal_ws: Vec4::Y });
-        }
-        Ok(Self {
-            vertices: Arc::new(Buffer::from_slice(&builder.vertices)),
-            indices: Arc::new(Buffer::from_slice(&builder.indices)),
-            groups,
-            bounds,
-            triangles,
-        })
+    /// Positions of a group's vertices in the order of its indices, three per triangle.
+    pub fn positions_of<'a>(&'a self, group: &ReceiverGroup) -> impl Iterator<Item = Vec3> + use<'a> {
+        let indices = &self.mesh.indices[group.elements.start as usize..group.elements.end as usize];
+        indices.iter().map(|&i| self.mesh.positions[i as usize])
+    }
+
+    /// Positions of the triangle whose indices begin at a place.
+    #[must_use]
+    pub fn triangle_at(&self, first: u32) -> [Vec3; 3] {
+        let first = first as usize;
+        [0, 1, 2].map(|k| self.mesh.positions[self.mesh.indices[first + k] as usize])
     }
 }
 
-type Corner = (Vec3, Vec3);
-
-fn vertex((position, normal): &Corner) -> ReceiverVertex {
+fn receiver_vertex(position: Vec3, normal: Vec3) -> ReceiverVertex {
     ReceiverVertex { position_ws: position.extend(1.0), normal_ws: normal.extend(0.0) }
 }
 
-struct Builder {
-    vertices: Vec<ReceiverVertex>,
-    indices: Vec<u32>,
-    cut_y: Option<f32>,
+/// Appends a mesh, cut at a height.
+fn append(all: &mut Mesh, mesh: &Mesh, cut_y: Option<f32>) {
+    let first = all.positions.len() as u32;
+    all.positions.extend_from_slice(&mesh.positions);
+    all.normals.extend_from_slice(&mesh.normals);
+    for triangle in mesh.triangles() {
+        let above = triangle.map(|i| cut_y.is_some_and(|cut| mesh.positions[i as usize].y > cut));
+        match cut_y {
+            Some(cut) if above != [above[0]; 3] => {
+                let vertices = triangle.map(|i| PolygonVertex { position: mesh.positions[i as usize], normal: mesh.normals[i as usize] });
+                append_cut(all, vertices, above, cut);
+            }
+            _ => all.indices.extend(triangle.map(|i| first + i)),
+        }
+    }
 }
 
-impl Builder {
-    fn mesh(&mut self, mesh: &Mesh) {
-        let first = self.vertices.len() as u32;
-        let corners = || mesh.positions.iter().copied().zip(mesh.normals.iter().copied());
-        self.vertices.extend(corners().map(|corner| vertex(&corner)));
-        for triangle in mesh.triangles() {
-            let above = triangle.map(|i| self.cut_y.is_some_and(|cut| mesh.positions[i as usize].y > cut));
-            match self.cut_y {
-                Some(cut) if above != [above[0]; 3] => {
-                    self.cut(triangle.map(|i| (mesh.positions[i as usize], mesh.normals[i as usize])), above, cut);
-                }
-                _ => self.indices.extend(triangle.map(|i| first + i)),
+/// A vertex of the part of a triangle on one side of the cut.
+#[derive(Clone, Copy)]
+struct PolygonVertex {
+    position: Vec3,
+    normal: Vec3,
+}
+
+/// A triangle with vertices above and below the cut becomes three triangles.
+fn append_cut(all: &mut Mesh, vertices: [PolygonVertex; 3], above: [bool; 3], cut: f32) {
+    for side in [true, false] {
+        let mut polygon = Vec::with_capacity(4);
+        for i in 0..3 {
+            let (here, next) = (vertices[i], vertices[(i + 1) % 3]);
+            if above[i] == side {
+                polygon.push(here);
+            }
+            if above[i] != above[(i + 1) % 3] {
+                // From above to below on every edge, so that both triangles of the edge compute the same new vertex.
+                let (high, low) = if above[i] { (here, next) } else { (next, here) };
+                let t = (high.position.y - cut) / (high.position.y - low.position.y);
+                let mut position = high.position + (low.position - high.position) * t;
+                position.y = cut;
+                let normal = (high.normal + (low.normal - high.normal) * t).normalize_or(Vec3::Y);
+                polygon.push(PolygonVertex { position, normal });
             }
         }
+        append_polygon(all, &polygon);
     }
+}
 
-    /// Marks what is wholly under water, if nothing lies lower than its level beside it.
-    fn find_submerged(&self, groups: &mut [ReceiverGroup], water: &Water) {
-        let low = |v: &ReceiverVertex| v.position_ws.y < water.level_m;
-        let (min, max) = water.extent_ws();
-        let inside = |v: &ReceiverVertex| {
-            let at = Vec2::new(v.position_ws.x, v.position_ws.z);
-            at.cmpge(min).all() && at.cmple(max).all()
-        };
-        if !self.vertices.iter().all(|v| !low(v) || inside(v)) {
-            return;
-        }
-        for group in groups {
-            let mut corners = self.indices[group.elements.start as usize..group.elements.end as usize].iter();
-            group.submerged = corners.all(|&i| low(&self.vertices[i as usize]));
-        }
+/// Appends a convex polygon as a fan of triangles.
+fn append_polygon(all: &mut Mesh, vertices: &[PolygonVertex]) {
+    let first = all.positions.len() as u32;
+    all.positions.extend(vertices.iter().map(|vertex| vertex.position));
+    all.normals.extend(vertices.iter().map(|vertex| vertex.normal));
+    for k in 1..vertices.len() as u32 - 1 {
+        all.indices.extend([first, first + k, first + k + 1]);
     }
+}
 
-    /// A triangle with corners above and below the cut becomes three.
-    fn cut(&mut self, corners: [Corner; 3], above: [bool; 3], cut: f32) {
-        for side in [true, false] {
-            let mut polygon = Vec::with_capacity(4);
-            for i in 0..3 {
-                let (here, next) = (corners[i], corners[(i + 1) % 3]);
-                if above[i] == side {
-                    polygon.push(here);
-                }
-                if above[i] != above[(i + 1) % 3] {
-                    // From above to below on every edge, so that neighbours share the new vertex.
-                    let (high, low) = if above[i] { (here, next) } else { (next, here) };
-                    let t = (high.0.y - cut) / (high.0.y - low.0.y);
-                    let mut position = high.0 + (low.0 - high.0) * t;
-                    position.y = cut;
-                    polygon.push((position, (high.1 + (low.1 - high.1) * t).normalize_or(Vec3::Y)));
-                }
-            }
-            self.polygon(&polygon);
-        }
+/// Marks groups that are wholly under water, if nothing beside the water lies below its level.
+fn find_submerged(all: &Mesh, groups: &mut [ReceiverGroup], water: &Water) {
+    let is_low = |p: &Vec3| p.y < water.level_m;
+    let (min, max) = water.extent_ws();
+    let is_inside = |p: &Vec3| {
+        let at = Vec2::new(p.x, p.z);
+        at.cmpge(min).all() && at.cmple(max).all()
+    };
+    if !all.positions.iter().all(|p| !is_low(p) || is_inside(p)) {
+        return;
     }
-
-    fn polygon(&mut self, corners: &[Corner]) {
-        let first = self.vertices.len() as u32;
-        self.vertices.extend(corners.iter().map(vertex));
-        for k in 1..corners.len() as u32 - 1 {
-            self.indices.extend([first, first + k, first + k + 1]);
-        }
+    for group in groups {
+        let mut indices = all.indices[group.elements.start as usize..group.elements.end as usize].iter();
+        group.submerged = indices.all(|&i| is_low(&all.positions[i as usize]));
     }
 }

@@ -4,7 +4,8 @@
 
 use std::sync::Arc;
 
-use nephroid::caustics::{RenderOptions, Renderer};
+use nephroid::caustics::builder::{Contributions, FrameBuilder, ViewOptions};
+use nephroid::caustics::{Receivers, RenderOptions, Renderer};
 use nephroid::frame::{BindEntry, ColorTarget, DepthTarget, Executor as _, Frame, FrameDraw, FrameError, FramePass};
 use nephroid::frame::{Contents, stream_draw};
 use nephroid::geom::shapes::{Cylinder, UvSphere};
@@ -20,7 +21,7 @@ use nephroid::pipeline::state::{
     TextureFormat, Viewport,
 };
 use nephroid::pipeline::{Buffer, Device, DeviceOptions, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
-use nephroid::scene::{LightVolumes, Shape};
+use nephroid::scene::{EyeRefraction, LightVolumes, Shape};
 
 use crate::support::scene_of_size;
 
@@ -219,6 +220,41 @@ fn beams_of_mirrors_and_glass_agree() {
             let (report, located) = compare(&gpu, &frame, &frame, Mode::Resynchronised);
             assert!(report.agrees(), "{}, {name}: {located:?}", gpu.adapter().title());
         }
+    }
+}
+
+/// A dry scene's frame with in-scattered radiance that differs from texel to texel, times a scale.
+fn frame_with_radiance(scale: f32) -> Frame {
+    let mut scene = scene_of_size("analytic/sine_water.ron", (SIZE, SIZE));
+    scene.water = None;
+    let receivers = Receivers::new(&scene, None).expect("the scene's meshes");
+    let view = ViewOptions {
+        eye_refraction: EyeRefraction::VirtualPlane,
+        samples: 1,
+        surface_shadows: false,
+        underwater_shadows: false,
+        shadow_map_size: 16,
+        stencil: false,
+    };
+    let mut builder = FrameBuilder::new(&scene, &receivers, None, &view);
+    builder.lights(|_, _| Ok(())).expect("no pass is added");
+    let irradiance = builder.target("irradiance", TextureFormat::Rgba32Float);
+    let radiance: Vec<u8> =
+        (0..SIZE * SIZE).flat_map(|i| uniform3(9, 0, i).into_iter().chain([1.0])).flat_map(|v| (v * scale).to_le_bytes()).collect();
+    let radiance =
+        builder.frame.texture_with(TextureDescriptor::d2("radiance of air", SIZE, SIZE, TextureFormat::Rgba32Float), vec![radiance.into()]);
+    builder.finish(Contributions { in_scattered: Some(radiance), ..Contributions::new(irradiance) }).frame
+}
+
+#[test]
+fn in_scattered_radiance_is_added_alike() {
+    for gpu in gpus() {
+        let frame = frame_with_radiance(1.0);
+        let (report, located) = compare(&gpu, &frame, &frame, Mode::Resynchronised);
+        assert!(report.agrees(), "{}: {located:?}", gpu.adapter().title());
+        // A hundredth more of it on one side is found.
+        let (_, located) = compare(&gpu, &frame, &frame_with_radiance(1.01), Mode::Resynchronised);
+        assert_eq!(located.expect("a place").pass, "picture", "{}", gpu.adapter().title());
     }
 }
 

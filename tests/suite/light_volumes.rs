@@ -230,7 +230,7 @@ fn shadow_culling_takes_what_is_in_shadow_and_nothing_at_a_hundred_per_cent() {
 }
 
 #[test]
-fn answers_that_are_known_are_those_of_passes_that_run_again() {
+fn cached_answers_are_those_of_passes_that_run_again() {
     let mut scene = covered();
     scene.techniques.light_volumes = LightVolumes { grid: Some((33, 33)), receiver_culling: true, ..LightVolumes::default() };
     let options = RenderOptions { technique: "light-volumes".into(), ..RenderOptions::default() };
@@ -241,15 +241,15 @@ fn answers_that_are_known_are_those_of_passes_that_run_again() {
         let output = executor.run(frame, None).expect("the frame runs");
         (output.contents.textures.clone(), output.passes.into_iter().map(|pass| PassOutput { waves: 0, ..pass }).collect::<Vec<_>>())
     };
-    let known = run(&frame);
-    let asked: Vec<usize> = (0..frame.passes.len()).filter(|&k| frame.passes[k].known.is_some()).collect();
-    assert!(asked.len() > 2, "both kinds of queries are known: {asked:?}");
-    frame.passes.iter_mut().for_each(|pass| pass.known = None);
-    assert!(run(&frame) == known, "an answer or an attachment differs");
+    let cached = run(&frame);
+    let asked: Vec<usize> = (0..frame.passes.len()).filter(|&k| frame.passes[k].cached.is_some()).collect();
+    assert!(asked.len() > 2, "both kinds of queries are cached: {asked:?}");
+    frame.passes.iter_mut().for_each(|pass| pass.cached = None);
+    assert!(run(&frame) == cached, "an answer or an attachment differs");
     // Queries that are drawn elsewhere have other answers.
-    let moved = asked.iter().rev().find(|&&k| known.1[k].queries.iter().any(|&count| count > 0)).expect("something is in shadow");
+    let moved = asked.iter().rev().find(|&&k| cached.1[k].queries.iter().any(|&count| count > 0)).expect("something is in shadow");
     frame.passes[*moved].draws.iter_mut().for_each(|draw| draw.scissor = Some(PixelRect { x0: 0, y0: 0, x1: 1, y1: 1 }));
-    assert!(run(&frame).1 != known.1, "queries over one pixel went unnoticed");
+    assert!(run(&frame).1 != cached.1, "queries over one pixel went unnoticed");
 }
 
 /// Beams of the test of insides, each in a picture of its own.
@@ -275,6 +275,11 @@ fn random_beam(seed: u32) -> Beam {
     }
     beam.flux = Vec4::splat(1.0);
     beam
+}
+
+/// Cross-section of a beam at a height, x and z.
+fn section_at(beam: &Beam, y: f32) -> [Vec2; 3] {
+    beam.section(y).map(|at| Vec2::new(at.x, at.y))
 }
 
 /// The stencil of many beams over a level receiver.
@@ -424,7 +429,7 @@ fn the_stencil_agrees_with_three_other_tests_of_what_is_inside() {
     for round in 0..rounds {
         let beams: Vec<Beam> = (0..per_round).map(|k| random_beam(round * per_round + k)).collect();
         for (beam, stencil) in beams.iter().zip(stencil_of(&beams, &mut executor)) {
-            let section = beam.section(RECEIVER_Y).map(Vec2::from_array);
+            let section = section_at(beam, RECEIVER_Y);
             turned += usize::from(beam.section_area(RECEIVER_Y) > 0.0);
             for (pixel, &seen) in stencil.iter().enumerate() {
                 let place = |i: u32| (i as f32 + 0.5) / CELL_PX as f32 * 2.0 - 1.0;
@@ -436,7 +441,7 @@ fn the_stencil_agrees_with_three_other_tests_of_what_is_inside() {
                 assert_eq!(others, [seen; 3], "{beam:?} at {p}: the stencil says {seen}, the others {others:?}");
                 *(if seen { &mut inside } else { &mut outside }) += 1;
                 // A plane higher it is another section: the comparison can fail.
-                fooled += usize::from(inside_edges(beam.section(RECEIVER_Y + 1.0).map(Vec2::from_array), p) != seen);
+                fooled += usize::from(inside_edges(section_at(beam, RECEIVER_Y + 1.0), p) != seen);
             }
         }
     }

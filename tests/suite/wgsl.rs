@@ -58,7 +58,8 @@ fn layouts() -> Vec<Layout> {
 
 /// Every program of every frame: of all shipped scenes and techniques, as the paper has it and physical, and of the passes that techniques share.
 fn programs() -> Vec<Arc<Program>> {
-    let mut programs: Vec<Arc<Program>> = Vec::new();
+    // No technique contributes in-scattered radiance yet.
+    let mut programs: Vec<Arc<Program>> = vec![nephroid::passes::in_scattering::program()];
     for scene in ["pool.ron", "pots.ron", "columns.ron", "analytic/flat_water.ron", "analytic/sine_water.ron"] {
         let mut scene = with_coarse_parts(scene_of_size(scene, (16, 16)));
         scene.time_s = 0.0;

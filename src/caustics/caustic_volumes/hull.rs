@@ -1,14 +1,14 @@
-//! The tight convex body of a caustic volume: the convex hull of its six corners, a little enlarged [SF05 §3.2; decision E2].
+//! The tight convex body of a caustic volume: the convex hull of its six vertices, a little enlarged [SF05 §3.2; decision E2].
 //!
-//! The sides of a beam are not planar, so the paper asks for a "tight body" without saying how it is made. The hull of the generator
-//! and the bottom triangle has at most eight faces and contains the beam. It is enlarged for two reasons: rasterization snaps corners to a grid, so
-//! a hull without slack would lose pixels whose receiver lies on the beam's boundary; and four corners in one plane (as in all
-//! beams of flat water) make a hull's faces ambiguous, so the bottom is enlarged more than the top and turned a little.
-//! Which pixels are lit is decided by the exact test at the receiver, so the slack costs fragments and changes nothing else.
+//! The sides of a beam are not planar, so the paper asks for a "tight body" without saying how it is made. The hull of the generator and the bottom
+//! triangle has at most eight faces and contains the beam. It is enlarged for two reasons. Rasterization snaps vertices to a grid, so a hull
+//! without slack would lose pixels whose receiver lies on the beam's boundary. And four vertices in one plane, as in all beams of flat water, make
+//! a hull's faces ambiguous; therefore the bottom is enlarged more than the top and turned a little. The exact test at the receiver decides which
+//! pixels are lit: the slack only costs fragments.
 
 use glam::{DVec2, DVec3};
 
-/// Most triangles of the hull of six points: 2·6 − 4.
+/// Most triangles of the hull of six points: `2·6 − 4`.
 pub const MAX_FACES: usize = 8;
 
 /// The triangles of a hull, corners counter-clockwise seen from outside.
@@ -21,14 +21,14 @@ pub struct Hull {
 }
 
 impl Hull {
-    /// Corner numbers of each face.
+    /// Numbers of each face's vertices.
     #[must_use]
     pub fn faces(&self) -> &[[u8; 3]] {
         &self.faces[..self.count]
     }
 }
 
-/// A corner is moved by at most this many times the slack; a triangle with a sharper one is a needle.
+/// A vertex is moved by at most this many times the slack; a triangle with a sharper vertex is a needle.
 const MITER_LIMIT: f64 = 16.0;
 
 /// A triangle (in x and z) that contains another and keeps `slack` away from it on all sides.
@@ -50,8 +50,10 @@ fn enlarge(triangle: [DVec2; 3], slack: f64) -> [DVec2; 3] {
     enlarged
 }
 
-/// [`enlarge`] for a triangle that is all but a line, as sections near a focus are: a longer one along it, from a base beyond one end, twice
-/// as wide as it must be there, to a tip so far beyond the other that it still is as wide as it must be at that end.
+/// [`enlarge`] for a nearly degenerate triangle, as sections near a focus are.
+///
+/// The result is a longer triangle along it. Its base lies beyond one end and has twice the width needed there; its tip lies so far beyond the
+/// other end that the width at that end is the width needed.
 fn enlarge_needle(triangle: [DVec2; 3], slack: f64) -> [DVec2; 3] {
     let [a, b, c] = triangle;
     let edges = [(a, b), (b, c), (c, a)];
@@ -105,8 +107,8 @@ impl Hull {
         self.count += 1;
     }
 
-    /// Finds the faces of a body whose top lies wholly above the bottom's plane and the other way round: the two ends, and one face
-    /// on each edge of either, to that corner of the other end which all others lie behind. False if the ends are not so.
+    /// Finds the faces of a body whose top lies wholly above the plane of its bottom, and whose bottom lies wholly below the plane of its top: the
+    /// two ends, and for each edge of an end the face to that vertex of the other end that has the other two behind it. False for other bodies.
     fn wrap(&mut self) -> bool {
         let p = self.corners;
         // Corners of both ends counter-clockwise seen from above.
@@ -141,7 +143,7 @@ impl Hull {
         true
     }
 
-    /// Finds the faces of any six points: asks of every three whether the rest lies on one side.
+    /// Finds the faces of any six points: every three points whose plane has all other points on one side.
     fn search(&mut self) {
         let p = self.corners;
         for a in 0..4 {

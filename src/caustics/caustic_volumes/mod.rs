@@ -1,17 +1,16 @@
 //! `caustic-volumes`: C. Sandberg, T. Falemo, *Real-Time Rendering of Water Caustics Using Programmable Graphics Hardware*,
 //! Chalmers 2005 (SF05).
 //!
-//! The water surface is a mesh; each of its triangles and the three refracted rays of its corners bound a volume of light. Drawn additively over
-//! the receivers, a volume lights those pixels whose receiver lies inside it, by flux over cross-section. Cost depends on the
-//! volumes' pixels, not on the receivers. Files: `hull` (the tight body), `shaders` (point in volume,
-//! illumination), `frame` (the passes).
+//! The water surface is a mesh. Each of its triangles and the three refracted rays of its vertices bound a volume of light. Volumes are drawn
+//! additively over the receivers and light those pixels whose receiver lies inside, by flux over cross-section. Cost depends on the
+//! volumes' pixels, not on the receivers. Files: `hull` (the tight body), `shaders` (point in volume, illumination), `frame` (the passes).
 //!
 //! Decisions the paper leaves open, in full in `docs/techniques/caustic-volumes.md`:
 //! - E1 two radiometries: `paper` has neither cosine, `physical` conserves flux;
-//! - E2 the tight body is the convex hull of the six corners;
-//! - E3 an eye under water draws back faces with the depth test turned round;
+//! - E2 the tight body is the convex hull of the six vertices;
+//! - E3 for an eye under water, back faces are drawn with the reversed depth test;
 //! - E4 I₀ is one number per light in `paper`, per triangle in `physical`;
-//! - E5 a cross-section that is turned over behind a focus is inside where all edges are negative;
+//! - E5 behind a focus the cross-section is turned over: its inside is where all edge functions are negative;
 //! - E6 shadows, above and under water, are options beyond the paper.
 
 pub mod frame;
@@ -19,10 +18,11 @@ pub mod hull;
 pub mod shaders;
 
 use nephroid_pipeline::Device;
+use nephroid_scene::Scene;
 use nephroid_scene::water::WaterSim;
-use nephroid_scene::{Radiometry, Scene};
 
-use super::{FrameSource, LayerRead, LayerSource, Receivers, RenderError, Technique, TechniqueFrame, beams, stage};
+use super::builder::cut_level;
+use super::{FrameSource, Receivers, RenderError, Technique, TechniqueFrame};
 
 /// The technique.
 pub struct CausticVolumesTechnique;
@@ -39,12 +39,12 @@ impl Technique for CausticVolumesTechnique {
     }
     fn prepare(&self, scene: &Scene) -> Result<Box<dyn FrameSource>, RenderError> {
         let settings = &scene.techniques.caustic_volumes;
-        let receivers = Receivers::new(scene, stage::cut_level(scene, settings.eye_refraction))?;
+        let receivers = Receivers::new(scene, cut_level(scene, settings.eye_refraction))?;
         Ok(Box::new(Source { receivers, water: scene.water.as_ref().map(|w| w.simulator()) }))
     }
 }
 
-/// What stays from frame to frame: meshes, and the water as it was.
+/// State kept between frames: the receivers and the simulation of the water.
 struct Source {
     receivers: Receivers,
     water: Option<WaterSim>,
@@ -57,45 +57,6 @@ impl FrameSource for Source {
             let (columns, rows) = settings.grid.unwrap_or(water.grid);
             sim.surface_with_grid(columns, rows, scene.time_s)
         });
-        let ior = scene.water.as_ref().map_or(1.0, |w| w.ior);
-        let count = match settings.radiometry {
-            Radiometry::Physical => beams::Count::Conserved,
-            Radiometry::Paper => beams::Count::FlatTransmittance,
-        };
-        let beams: Vec<_> = match &field {
-            Some(field) => scene.lights.iter().map(|light| beams::light_beams(field, light, ior, count)).collect(),
-            None => Vec::new(),
-        };
-        let built = frame::build(&frame::Inputs {
-            scene,
-            receivers: &self.receivers,
-            water: field.as_ref(),
-            beams: &beams,
-            direction: layers.contains(&"caustic_direction"),
-            counts: layers.contains(&"fragment_count"),
-        });
-        let frame::Built { stage, bottom_y, targets } = built;
-        let mut layers = stage.layers(scene, targets.caustic);
-        let source = |name, texture, channels, read| LayerSource { name, texture, channels, read };
-        layers.extend(targets.direction.map(|texture| source("caustic_direction", texture, 3, LayerRead::WeightedMean)));
-        layers.extend(targets.count.map(|texture| source("fragment_count", texture, 1, LayerRead::Sum)));
-        Ok(TechniqueFrame {
-            layers,
-            margin: stage.margin,
-            samples: stage.samples,
-            seconds: Vec::new(),
-            audit: beams::audit("water", &beams, scene.medium.sigma_t(), bottom_y),
-            counters: counters(&self.receivers, &beams),
-            frame: stage.frame,
-        })
+        frame::build(scene, &self.receivers, field.as_ref(), layers, settings)
     }
-}
-
-fn counters(receivers: &Receivers, beams: &[beams::LightBeams]) -> Vec<(String, u64)> {
-    let entry = |name: &str, count| (name.to_owned(), count);
-    vec![
-        entry("receiver_triangles", receivers.triangles),
-        entry("beams", beams.iter().map(|l| l.beams.len() as u64).sum()),
-        entry("beams_dark", beams.iter().map(|l| l.dark).sum()),
-    ]
 }

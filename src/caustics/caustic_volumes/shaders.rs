@@ -1,6 +1,6 @@
 //! The volume program: one point per beam in, the faces of its hull out, and the light at each receiver inside [SF05 §3.3, §3.4].
 //!
-//! Targets: caustic irradiance (W/m², RGB), and for those who ask the sum of `E·ω` (direction) and the number of volumes at the pixel.
+//! Targets: caustic irradiance (W/m², RGB); where wanted, the sum of `E·ω` (ω: direction towards the light) and the number of volumes per pixel.
 
 use std::sync::Arc;
 
@@ -23,13 +23,14 @@ use nephroid_scene::Radiometry;
 
 use super::hull::{MAX_FACES, hull};
 use crate::beams::Beam;
+use crate::beams::geometry::double_area;
 
 /// Uniforms of the volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VolumeUniform {
-    /// Height of the bottom cap, m; slack per unit of clip w, m; 1 if vertices are tested against the map through air; 1 if
-    /// faces towards the eye are drawn, −1 if those away from it are.
+    /// Height of the bottom cap, m; slack per unit of clip w, m; 1 if vertices are tested against the map through air; 1 if faces towards the eye
+    /// are drawn, −1 if faces away from the eye are drawn.
     pub shape: Vec4,
     /// Extinction coefficient c(λ), 1/m.
     pub sigma_t: Vec4,
@@ -48,9 +49,6 @@ pub const BINDINGS: [BindingKind; 9] = [
     BindingKind::Sampler,
 ];
 
-/// Smallest cross-section that light is spread over, as a share of the generator: keeps a focus finite.
-const SMALLEST_SECTION: f32 = 1.0e-7;
-
 /// The program.
 #[must_use]
 pub fn program(radiometry: Radiometry) -> Arc<Program> {
@@ -65,7 +63,7 @@ pub fn program(radiometry: Radiometry) -> Arc<Program> {
         varyings: vec![flat("beam", 1), flat("visibility", 3)],
         bindings: BINDINGS.to_vec(),
         may_discard: true,
-        wgsl: Some(concat!(include_str!("../../math/optics.wgsl"), include_str!("shaders.wgsl"))),
+        wgsl: Some(concat!(include_str!("../../math/optics.wgsl"), include_str!("../beams/geometry.wgsl"), include_str!("shaders.wgsl"))),
         wgsl_constants: vec![("paper", f64::from(u8::from(radiometry == Radiometry::Paper)))],
         ..match radiometry {
             Radiometry::Paper => Program::new("caustic_volume", BeamVertex, VolumeFragment::<true>),
@@ -74,7 +72,7 @@ pub fn program(radiometry: Radiometry) -> Arc<Program> {
     })
 }
 
-/// A point per beam; the geometry stage knows which from the primitive's number.
+/// One point per beam. The geometry stage finds the beam by the primitive's number.
 struct BeamVertex;
 
 impl VertexShader for BeamVertex {
@@ -110,13 +108,13 @@ impl GeometryShader for HullGeometry {
         let bottom_y = volume.shape.x;
         let top = beam.g.map(|g| DVec3::new(f64::from(g.x), f64::from(g.y), f64::from(g.z)));
         let section = beam.section(bottom_y);
-        let bottom = section.map(|[x, z]| DVec3::new(f64::from(x), f64::from(bottom_y), f64::from(z)));
+        let bottom = section.map(|at| DVec3::new(f64::from(at.x), f64::from(bottom_y), f64::from(at.y)));
         // A sixteenth of a pixel is sixteen steps of the rasterizer's grid: more than snapping and projection can move an edge.
         let slack = |p: DVec3| {
             let clip = camera.project(v3(p.x as f32, p.y as f32, p.z as f32));
             f64::from(volume.shape.y * clip.w.max(0.1))
         };
-        // A crest above the mean level is not raised with what is under it (`CameraUniform::raise`), which bends the beam there by up to this.
+        // A crest above the mean level is not raised with the water under it (`CameraUniform::raise`), which bends the beam there by at most this.
         let (level, ratio) = (camera.water.x, camera.water.y);
         let bend = |i: usize| {
             let (g, d) = (beam.g[i], beam.d[i]);
@@ -140,9 +138,9 @@ impl GeometryShader for HullGeometry {
     }
 }
 
-/// Whether a face is clearly turned the way that is culled, so that it need not be emitted; `wanted` is 1 for faces towards the eye.
+/// Whether a face clearly has the orientation that is culled, so that it need not be emitted. `wanted` is 1 for faces towards the eye.
 ///
-/// Its sign is that of `det(x, y, w)` of the corners, as in homogeneous rasterization; numbers near zero are left to the pipeline.
+/// The orientation is the sign of `det(x, y, w)` of the corners, as in homogeneous rasterization. Where it is near zero, the pipeline decides.
 fn faces_otherwise(corners: [[f32; 4]; 3], wanted: f32) -> bool {
     let [a, b, c] = corners.map(|[x, y, _, w]| DVec3::new(f64::from(x), f64::from(y), f64::from(w)));
     let doubtful = 1.0e-6 * a.length() * b.length() * c.length();
@@ -161,18 +159,13 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         let p: V3<L> = input.texel3_here(position);
         let zero = p.x.like(0.0);
 
-        // Intersect the three rays with the plane y = P.y; what is left is a triangle in x and z [SF05 §3.3].
-        let mut depth = [zero; 3];
-        let mut corners = [v2(zero, zero); 3];
-        for i in 0..3 {
-            depth[i] = -p.y + beam.g[i].y;
-            corners[i] = v2(depth[i] * beam.d[i].x + beam.g[i].x, depth[i] * beam.d[i].z + beam.g[i].z);
-        }
-        let double_area = (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
+        // Intersect the three rays with the plane y = P.y; the result is a triangle in x and z [SF05 §3.3].
+        let corners = beam.section(p.y);
+        let double_area = double_area(&corners);
         let positive = double_area.gt(zero);
 
-        // Each edge is evaluated from the end that both neighbours agree on, so that its two beams see the same number and a
-        // point on it belongs to exactly one of them. Behind a focus the triangle is turned over: its sides are, too [decision E5].
+        // Each edge is evaluated from the end that both of its beams agree on: they see the same number, and a point on the edge belongs to
+        // exactly one of them. Behind a focus the triangle is turned over, and so are the signs of its edges [decision E5].
         let at = v2(p.x, p.z);
         let mut weight = [zero; 3];
         let mut inside = p.y.ge(zero.like(volume.shape.x));
@@ -197,20 +190,16 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         }
         let inv_area = zero.like(1.0) / double_area;
         let b = [weight[0] * inv_area, weight[1] * inv_area, weight[2] * inv_area];
-        let below = b[0] * depth[0] + b[1] * depth[1] + b[2] * depth[2];
+        let below = b[0] * beam.depth(0, p.y) + b[1] * beam.depth(1, p.y) + b[2] * beam.depth(2, p.y);
         let mut keep = inside & below.gt(zero);
-        let travelled = b[0] * depth[0] * beam.d[0].y + b[1] * depth[1] * beam.d[1].y + b[2] * depth[2] * beam.d[2].y;
+        let travelled = beam.path_length(b, p.y);
 
         // F_P = A_gen/A_P times I₀ is flux over area [SF05 §3.4]; attenuation per wavelength over the distance in water.
-        let area = Lanes::max(double_area.abs() * 0.5, zero.like(SMALLEST_SECTION * beam.flux.w));
+        let area = beam.lit_area(double_area.abs() * 0.5);
         let visible = input.texel_here(bindings.texture(6), 0);
         let lit = b[0] * flat[1] + b[1] * flat[2] + b[2] * flat[3];
         let mut scale = visible * Lanes::clamp(lit, 0.0, 1.0) / area;
-        let ray = v3(
-            b[0] * beam.d[0].x + b[1] * beam.d[1].x + b[2] * beam.d[2].x,
-            zero.like(-1.0),
-            b[0] * beam.d[0].z + b[1] * beam.d[1].z + b[2] * beam.d[2].z,
-        );
+        let ray = beam.ray(b);
         if !PAPER {
             // The section is level: cos θ_obj/cos θ_p is −N·ray, with the ray per metre of depth [decision E1].
             let n = input.texel3_here(bindings.texture(5));

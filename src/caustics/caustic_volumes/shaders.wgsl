@@ -4,17 +4,9 @@
 
 override paper: bool = false;
 
-const SMALLEST_SECTION: f32 = 1.0e-7;
-
 struct VolumeUniform {
     shape: vec4<f32>,
     sigma_t: vec4<f32>,
-}
-
-struct Beam {
-    g: array<vec4<f32>, 3>,
-    d: array<vec4<f32>, 3>,
-    flux: vec4<f32>,
 }
 
 @group(0) @binding(1) var<uniform> volume: VolumeUniform;
@@ -35,10 +27,6 @@ struct Targets {
     @location(2) count: vec4<f32>,
 }
 
-fn perp_dot(a: vec2<f32>, b: vec2<f32>) -> f32 {
-    return a.x * b.y - a.y * b.x;
-}
-
 @fragment
 fn fs(in: Varyings) -> Targets {
     let at_pixel = vec2<i32>(in.position.xy);
@@ -46,17 +34,17 @@ fn fs(in: Varyings) -> Targets {
     let p = here.xyz;
     var beam = beams[u32(in.beam)];
 
-    // Intersect the three rays with the plane y = P.y; what is left is a triangle in x and z.
+    // Intersect the three rays with the plane y = P.y; the result is a triangle in x and z.
     var depth = vec3<f32>();
     var corners = array<vec2<f32>, 3>();
     for (var i = 0; i < 3; i++) {
         depth[i] = beam.g[i].y - p.y;
-        corners[i] = depth[i] * beam.d[i].xz + beam.g[i].xz;
+        corners[i] = on_ray(beam.g[i], beam.d[i], depth[i]);
     }
-    let double_area = perp_dot(corners[1] - corners[0], corners[2] - corners[0]);
-    let positive = double_area > 0.0;
+    let twice_area = double_area(corners[0], corners[1], corners[2]);
+    let positive = twice_area > 0.0;
 
-    // Each edge is evaluated from the end that both neighbours agree on.
+    // Each edge is evaluated from the end that both of its beams agree on.
     let at = p.xz;
     var weight = vec3<f32>();
     var inside = p.y >= volume.shape.x;
@@ -72,16 +60,15 @@ fn fs(in: Varyings) -> Targets {
     if !inside {
         discard;
     }
-    let b = weight * (1.0 / double_area);
+    let b = weight * (1.0 / twice_area);
     let below = dot(b, depth);
-    let travelled = b.x * depth.x * beam.d[0].y + b.y * depth.y * beam.d[1].y + b.z * depth.z * beam.d[2].y;
+    let travelled = path_length(beam.d, b, depth);
 
     // F_P = A_gen/A_P times I0 is flux over area; attenuation per wavelength over the distance in water.
-    let area = max(abs(double_area) * 0.5, SMALLEST_SECTION * beam.flux.w);
+    let area = lit_area(abs(twice_area) * 0.5, beam.flux.w);
     let visible = textureLoad(visibilities, at_pixel, 0).r;
     var scale = visible * clamp(dot(b, in.visibility), 0.0, 1.0) / area;
-    let across = b.x * beam.d[0].xz + b.y * beam.d[1].xz + b.z * beam.d[2].xz;
-    let ray = vec3<f32>(across.x, -1.0, across.y);
+    let ray = beam_ray(beam.d, b);
     if !paper {
         scale *= max(-dot(textureLoad(normals, at_pixel, 0).xyz, ray), 0.0);
     }

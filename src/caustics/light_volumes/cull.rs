@@ -1,59 +1,60 @@
 //! Which beams are drawn, and between which planes: frustum culling, and clamping to receivers' boxes [BO §3.2, §3.3].
 //!
-//! There is one test of a beam and one of a parent beam. The first defines the result. The second only ever says what the first would say of every
-//! beam below it, and where it cannot say, it asks further down: so both ways give the same list.
+//! The test of a single beam defines the result. The hierarchical culler returns a result for a node only if it holds for every beam in it;
+//! otherwise it recurses. So both give the same list.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{Vec3, Vec4Swizzles as _};
 use rayon::prelude::*;
 
+use crate::beams::geometry::on_ray_xz;
 use crate::beams::{Beam, LightBeams, NONE};
 use crate::passes::camera::CameraUniform;
 use nephroid_scene::geom::{Frustum, Plane};
 
+use super::columns::ReceiverColumns;
 use super::hierarchy::{Hierarchy, Node, Rect, Span, triangles};
-use super::reach::Reach;
 use super::slices::{Slabs, Slices};
 
-/// Distances below this, in shares of the size of the scene, do not let a parent speak for its beams.
+/// A node whose distance to a side of the view is below this share of the scene's size is undecided: its beams are tested.
 const DOUBT: f32 = 1.0e-5;
 
-/// What beams are culled and clamped against.
-pub struct Scope<'a> {
+/// Culls beams against the view and clamps them to receivers.
+pub struct Culler<'a> {
     /// Sides of the view volume.
     sides: Vec<Plane>,
     camera: CameraUniform,
-    reaches: &'a [Reach],
-    /// Those of them that the eye sees anything of.
+    columns: &'a [ReceiverColumns],
+    /// The boxes, by place in `columns`, of which the eye sees anything.
     boxes: Vec<usize>,
     slices: &'a Slices,
-    /// Slabs of beams where there is no clamping.
+    /// All slabs, if beams are not clamped.
     all: Option<Slabs>,
     /// Heights of the parent beams' planes.
     pub span: Span,
     doubt: f32,
 }
 
-/// What is done with a beam.
+/// Numbers of beams by what became of them, and of tests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Out of view.
+pub struct CullStatistics {
+    /// Beams out of view.
     pub out_of_view: u64,
-    /// In view, but no receiver's box is in the way.
+    /// Beams in view that meet no receiver's box.
     pub missed: u64,
-    /// Drawn in part.
+    /// Accepted beams that are drawn in part.
     pub clamped: u64,
-    /// Drawn.
+    /// Accepted beams.
     pub drawn: u64,
     /// Tests of beams against the view and against boxes.
     pub beam_tests: u64,
-    /// The same of parent beams.
+    /// Tests of parent beams against the view and against boxes.
     pub node_tests: u64,
 }
 
-impl Counts {
-    /// Adds those of another light or part.
+impl CullStatistics {
+    /// Adds the numbers of another light or part.
     pub fn add(&mut self, other: &Self) {
         self.out_of_view += other.out_of_view;
         self.missed += other.missed;
@@ -64,27 +65,34 @@ impl Counts {
     }
 }
 
-/// A beam that is drawn.
+/// An accepted beam, clamped to slabs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Drawn {
+pub struct ClampedBeam {
     /// Its triangle in the mesh.
     pub triangle: u32,
-    /// Where it is drawn.
+    /// The slabs that it is drawn in; at least one.
     pub slabs: Slabs,
 }
 
-impl<'a> Scope<'a> {
-    /// Against a camera's view and what is in the boxes of receivers; `clamp` is false for whole beams. `visible` says of every box whether
-    /// the eye sees anything of it.
+impl<'a> Culler<'a> {
+    /// For a camera, and the boxes of receivers of which the eye sees anything: `visible` by number of box. Without `clamp`, beams are accepted
+    /// whole.
     #[must_use]
-    pub fn new(camera: &CameraUniform, reaches: &'a [Reach], visible: &[bool], slices: &'a Slices, span: Span, clamp: bool) -> Self {
+    pub fn new(
+        camera: &CameraUniform,
+        columns: &'a [ReceiverColumns],
+        visible: &[bool],
+        slices: &'a Slices,
+        span: Span,
+        clamp: bool,
+    ) -> Self {
         let frustum = Frustum::from_clip_from_world(camera.clip_from_world);
-        let around = reaches.iter().map(|reach| reach.rect).fold(Rect::EMPTY, Rect::union);
+        let around = columns.iter().map(|columns| columns.rect).fold(Rect::EMPTY, Rect::union);
         let size = (around.max - around.min).max_element().max(span.top_y - span.bottom_y);
         let sides = frustum.planes().iter().take(4).copied().collect();
         let all = (!clamp).then(|| slices.all());
-        let boxes = (0..reaches.len()).filter(|&k| visible[reaches[k].number]).collect();
-        Self { sides, camera: *camera, reaches, boxes, slices, all, span, doubt: DOUBT * size.max(1.0e-3) }
+        let boxes = (0..columns.len()).filter(|&k| visible[columns[k].number]).collect();
+        Self { sides, camera: *camera, columns, boxes, slices, all, span, doubt: DOUBT * size.max(1.0e-3) }
     }
 
     /// A point as it appears through the water surface, see [`CameraUniform::raise`].
@@ -93,54 +101,50 @@ impl<'a> Scope<'a> {
         Vec3::new(v.x, v.y, v.z)
     }
 
-    /// Whether a beam is out of view: all of it on the wrong side of one plane, of those that it may be beyond. It is bent where it passes
-    /// the mean level, below which things appear raised.
+    /// Whether a beam is out of view: all of it beyond one of the given sides. A beam appears bent at the mean level, because what is below
+    /// appears raised; so the test takes its vertices there, too.
     fn is_out_of_view(&self, beam: &Beam, sides: Sides) -> bool {
         let level = self.camera.water.x;
-        let at = |i: usize, y: f32| {
-            let t = beam.g[i].y - y;
-            Vec3::new(beam.g[i].x + beam.d[i].x * t, y, beam.g[i].z + beam.d[i].z * t)
-        };
         let mut points = [Vec3::ZERO; 9];
         for i in 0..3 {
             points[i] = self.raised(beam.g[i].truncate());
-            points[3 + i] = self.raised(at(i, level.min(beam.g[i].y)));
-            points[6 + i] = self.raised(at(i, self.span.bottom_y));
+            points[3 + i] = self.raised(beam.point(i, level.min(beam.g[i].y)));
+            points[6 + i] = self.raised(beam.point(i, self.span.bottom_y));
         }
         let beyond = |side: &Plane| points.iter().all(|&p| side.signed_distance(p) < 0.0);
         self.sides.iter().enumerate().any(|(k, side)| sides >> k & 1 == 1 && beyond(side))
     }
 
-    /// Slabs in which a beam runs into receivers, of the boxes given by number: the bounds of the beam between a slab's planes meet a column
-    /// that has something there.
+    /// Slabs in which a beam meets receivers of the given boxes: the bounds of the beam between the slab's planes meet a column that has receivers
+    /// in the slab.
     fn slabs_of(&self, beam: &Beam, boxes: impl Iterator<Item = usize>) -> Slabs {
         let mut slabs = 0;
         for index in boxes {
-            let reach = &self.reaches[index];
-            if slabs & reach.slabs == reach.slabs {
+            let columns = &self.columns[index];
+            if slabs & columns.slabs == columns.slabs {
                 continue;
             }
-            let bounds = section(beam, reach.y[0]).union(section(beam, reach.y[1]));
-            if !bounds.meets(reach.rect) {
+            let bounds = section_bounds(beam, columns.y[0]).union(section_bounds(beam, columns.y[1]));
+            if !bounds.meets(columns.rect) {
                 continue;
             }
-            let below = reach.under(bounds);
-            if reach.rect.contains(bounds) {
-                // Wherever it is at which height, there is something below.
+            let below = columns.under(bounds);
+            if columns.rect.contains(bounds) {
+                // The beam stays over these columns at all heights, so it meets whatever all of them have.
                 slabs |= below.every;
             }
             let mut left = below.any & !slabs;
-            // Neighbours share a plane.
+            // Neighbouring slabs share a plane: its section is kept.
             let mut above = (f32::NAN, Rect::EMPTY);
             while left != 0 {
                 let slab = left.trailing_zeros();
                 left &= left - 1;
-                let [low_y, high_y] = self.slices.heights(slab, reach.y);
-                let high = if above.0 == high_y { above.1 } else { section(beam, high_y) };
-                let low = section(beam, low_y);
+                let [low_y, high_y] = self.slices.heights(slab, columns.y);
+                let high = if above.0 == high_y { above.1 } else { section_bounds(beam, high_y) };
+                let low = section_bounds(beam, low_y);
                 above = (low_y, low);
                 let bounds = low.union(high);
-                if bounds.meets(reach.rect) && reach.under(bounds).any >> slab & 1 == 1 {
+                if bounds.meets(columns.rect) && columns.under(bounds).any >> slab & 1 == 1 {
                     slabs |= 1 << slab;
                 }
             }
@@ -148,26 +152,34 @@ impl<'a> Scope<'a> {
         slabs
     }
 
-    /// What is drawn of a beam: the definition. `sides`: those of the view that it may be beyond; `granted`: slabs in which it is known to meet receivers.
-    fn of_beam(&self, beam: &Beam, sides: Sides, granted: Slabs, boxes: impl Iterator<Item = usize>, counts: &mut Counts) -> Slabs {
+    /// Slabs in which a beam is drawn: the definition. `sides` of the view that the beam may be beyond; slabs `accepted` without a test, in which
+    /// the beam surely meets receivers.
+    fn of_beam(
+        &self,
+        beam: &Beam,
+        sides: Sides,
+        accepted: Slabs,
+        boxes: impl Iterator<Item = usize>,
+        statistics: &mut CullStatistics,
+    ) -> Slabs {
         if sides != 0 {
-            counts.beam_tests += 1;
+            statistics.beam_tests += 1;
             if self.is_out_of_view(beam, sides) {
-                counts.out_of_view += 1;
+                statistics.out_of_view += 1;
                 return 0;
             }
         }
         let slabs = match self.all {
             Some(all) => all,
-            None => granted | self.slabs_of(beam, boxes.inspect(|_| counts.beam_tests += 1)),
+            None => accepted | self.slabs_of(beam, boxes.inspect(|_| statistics.beam_tests += 1)),
         };
         if slabs == 0 {
-            counts.missed += 1;
+            statistics.missed += 1;
         }
         slabs
     }
 
-    /// The sides of the view that beams of a node may be beyond, of those given; `None` if all are surely beyond one.
+    /// Those of the given sides of the view that beams of a node may be beyond; `None` if all its beams are surely beyond one side.
     fn sides_of(&self, node: &Node, sides: Sides) -> Option<Sides> {
         let level = self.camera.water.x.clamp(self.span.bottom_y, self.span.top_y);
         let mut points = [Vec3::ZERO; 12];
@@ -193,160 +205,161 @@ impl<'a> Scope<'a> {
         Some(unsure)
     }
 
-    /// All beams in full.
+    /// All beams, whole.
     #[must_use]
-    pub fn everything(&self, light: &LightBeams, shadowed: &[bool]) -> (Vec<Drawn>, Counts) {
+    pub fn everything(&self, light: &LightBeams, shadowed: &[bool]) -> (Vec<ClampedBeam>, CullStatistics) {
         let slabs = self.all.unwrap_or_default();
         let alive = |&triangle: &usize| light.of_triangle[triangle] != NONE && shadowed.get(triangle) != Some(&true);
-        let drawn = (0..light.of_triangle.len()).filter(alive).map(|triangle| Drawn { triangle: triangle as u32, slabs }).collect();
-        self.gathered(std::iter::once((drawn, Counts::default())))
+        let triangles = (0..light.of_triangle.len()).filter(alive);
+        let beams = triangles.map(|triangle| ClampedBeam { triangle: triangle as u32, slabs }).collect();
+        self.gathered(std::iter::once((beams, CullStatistics::default())))
     }
 
-    /// Beams of the whole mesh, each tested on its own.
+    /// Tests every beam of the mesh.
     #[must_use]
-    pub fn one_by_one(&self, light: &LightBeams, shadowed: &[bool]) -> (Vec<Drawn>, Counts) {
+    pub fn one_by_one(&self, light: &LightBeams, shadowed: &[bool]) -> (Vec<ClampedBeam>, CullStatistics) {
         let triangles = light.of_triangle.len();
-        let parts: Vec<(Vec<Drawn>, Counts)> = (0..triangles.div_ceil(PART))
+        let parts: Vec<(Vec<ClampedBeam>, CullStatistics)> = (0..triangles.div_ceil(PART))
             .into_par_iter()
             .map(|part| {
-                let (mut drawn, mut counts) = (Vec::new(), Counts::default());
+                let (mut accepted, mut statistics) = (Vec::new(), CullStatistics::default());
                 for triangle in part * PART..((part + 1) * PART).min(triangles) {
                     let beam = light.of_triangle[triangle];
                     if beam == NONE || shadowed.get(triangle) == Some(&true) {
                         continue;
                     }
-                    let slabs = self.of_beam(&light.beams[beam as usize], ALL_SIDES, 0, self.boxes.iter().copied(), &mut counts);
+                    let slabs = self.of_beam(&light.beams[beam as usize], ALL_SIDES, 0, self.boxes.iter().copied(), &mut statistics);
                     if slabs != 0 {
-                        drawn.push(Drawn { triangle: triangle as u32, slabs });
+                        accepted.push(ClampedBeam { triangle: triangle as u32, slabs });
                     }
                 }
-                (drawn, counts)
+                (accepted, statistics)
             })
             .collect();
         self.gathered(parts.into_iter())
     }
 
-    /// The same beams, found down the hierarchy.
+    /// The same beams as [`Self::one_by_one`], found down the hierarchy.
     #[must_use]
-    pub fn by_hierarchy(&self, light: &LightBeams, hierarchy: &Hierarchy, shadowed: &[bool]) -> (Vec<Drawn>, Counts) {
-        // By triangle, so that beams come in the order of the mesh, whatever the tree is like: light is added up in this order.
+    pub fn by_hierarchy(&self, light: &LightBeams, hierarchy: &Hierarchy, shadowed: &[bool]) -> (Vec<ClampedBeam>, CullStatistics) {
+        // By triangle, so that beams are in mesh order whatever the tree is like: light is summed in this order.
         let slabs: Vec<AtomicU64> = light.of_triangle.iter().map(|_| AtomicU64::new(0)).collect();
-        let counts: Vec<Counts> = (0..hierarchy.roots)
+        let parts: Vec<CullStatistics> = (0..hierarchy.roots)
             .into_par_iter()
             .map(|root| {
-                let mut walk = Walk { scope: self, light, hierarchy, shadowed, slabs: &slabs, counts: Counts::default() };
+                let mut walk = Walk { culler: self, light, hierarchy, shadowed, slabs: &slabs, statistics: CullStatistics::default() };
                 walk.node(root as u32, ALL_SIDES, 0, &self.boxes);
-                walk.counts
+                walk.statistics
             })
             .collect();
-        let drawn = (0..).zip(slabs).map(|(triangle, slabs)| Drawn { triangle, slabs: slabs.into_inner() });
-        let counts = counts.iter().fold(Counts::default(), |mut sum, part| {
+        let beams = (0..).zip(slabs).map(|(triangle, slabs)| ClampedBeam { triangle, slabs: slabs.into_inner() });
+        let statistics = parts.iter().fold(CullStatistics::default(), |mut sum, part| {
             sum.add(part);
             sum
         });
-        self.gathered(std::iter::once((drawn.filter(|drawn| drawn.slabs != 0).collect(), counts)))
+        self.gathered(std::iter::once((beams.filter(|beam| beam.slabs != 0).collect(), statistics)))
     }
 
-    fn gathered(&self, parts: impl Iterator<Item = (Vec<Drawn>, Counts)>) -> (Vec<Drawn>, Counts) {
-        let (mut all, mut counts) = (Vec::new(), Counts::default());
-        for (drawn, part) in parts {
+    fn gathered(&self, parts: impl Iterator<Item = (Vec<ClampedBeam>, CullStatistics)>) -> (Vec<ClampedBeam>, CullStatistics) {
+        let (mut all, mut statistics) = (Vec::new(), CullStatistics::default());
+        for (beams, part) in parts {
             if all.is_empty() {
-                all = drawn;
+                all = beams;
             } else {
-                all.extend(drawn);
+                all.extend(beams);
             }
-            counts.add(&part);
+            statistics.add(&part);
         }
-        counts.drawn = all.len() as u64;
-        let slabs = self.reaches.iter().fold(0, |slabs, reach| slabs | reach.slabs);
-        counts.clamped = all.iter().filter(|drawn| self.all.is_none() && drawn.slabs != slabs).count() as u64;
-        (all, counts)
+        statistics.drawn = all.len() as u64;
+        let slabs = self.columns.iter().fold(0, |slabs, columns| slabs | columns.slabs);
+        statistics.clamped = all.iter().filter(|beam| self.all.is_none() && beam.slabs != slabs).count() as u64;
+        (all, statistics)
     }
 }
 
 /// Triangles that one task tests.
 const PART: usize = 1024;
 
-/// Bounds of a beam at a height; above a corner, where that is.
+/// Bounds of a beam's section at a height; a vertex below that height counts where it is.
 #[inline(always)]
-fn section(beam: &Beam, y: f32) -> Rect {
-    // All four coordinates at once, of which x and z count.
-    let at = |i: usize| beam.g[i] + beam.d[i] * (beam.g[i].y - y).max(0.0);
+fn section_bounds(beam: &Beam, y: f32) -> Rect {
+    let at = |i: usize| on_ray_xz(beam.g[i], beam.d[i], (beam.g[i].y - y).max(0.0));
     let [a, b, c] = [at(0), at(1), at(2)];
     Rect { min: a.min(b).min(c).xz(), max: a.max(b).max(c).xz() }
 }
 
-/// Some of the four sides of the view.
+/// A set of the four sides of the view, one bit each.
 type Sides = u32;
 
 const ALL_SIDES: Sides = 0b1111;
 
 /// A walk down one tree.
 struct Walk<'a> {
-    scope: &'a Scope<'a>,
+    culler: &'a Culler<'a>,
     light: &'a LightBeams,
     hierarchy: &'a Hierarchy,
     shadowed: &'a [bool],
-    /// What is drawn of each triangle's beam.
+    /// Slabs of each triangle's beam.
     slabs: &'a [AtomicU64],
-    counts: Counts,
+    statistics: CullStatistics,
 }
 
 impl Walk<'_> {
-    /// `sides`: those that beams here may be beyond; `granted`: slabs in which every beam here meets receivers; `boxes`: those that some may run into elsewhere.
-    fn node(&mut self, index: u32, sides: Sides, granted: Slabs, boxes: &[usize]) {
-        let (scope, hierarchy) = (self.scope, self.hierarchy);
+    /// `sides` of the view that beams of the node may be beyond; slabs `accepted`, in which every beam of the node meets receivers; `boxes` that
+    /// some beam may meet in other slabs.
+    fn node(&mut self, index: u32, sides: Sides, accepted: Slabs, boxes: &[usize]) {
+        let (culler, hierarchy) = (self.culler, self.hierarchy);
         let node = &hierarchy.nodes[index as usize];
         if node.is_empty() {
             return;
         }
         let mut sides = sides;
         if sides != 0 {
-            self.counts.node_tests += 1;
-            let Some(unsure) = scope.sides_of(node, sides) else {
-                self.counts.out_of_view += self.alive(node);
+            self.statistics.node_tests += 1;
+            let Some(undecided) = culler.sides_of(node, sides) else {
+                self.statistics.out_of_view += self.alive(node);
                 return;
             };
-            sides = unsure;
+            sides = undecided;
         }
-        let mut granted = granted;
+        let mut accepted = accepted;
         let mut near = Vec::with_capacity(boxes.len());
         for &index in boxes {
-            let reach = &scope.reaches[index];
-            if granted & reach.slabs == reach.slabs {
+            let columns = &culler.columns[index];
+            if accepted & columns.slabs == columns.slabs {
                 continue;
             }
-            self.counts.node_tests += 1;
-            // If all of it is in the box at one height, every beam runs into the box, and none needs to be asked [BO §3.3]. Beams exist at
-            // heights below the troughs; above, a beam is taken to be where its corner is.
-            let section = |y: f32| node.section(scope.span, y);
-            let passed = section(reach.y[0].min(scope.span.trough_y)).union(section(reach.y[1]));
-            if !passed.meets(reach.rect) {
+            self.statistics.node_tests += 1;
+            // If the whole section of the node is in the box at one height, every beam meets the box there, and none needs a test [BO §3.3].
+            // Sections are exact below the troughs; above them a beam's vertex counts where it is.
+            let section = |y: f32| node.section(culler.span, y);
+            let passed = section(columns.y[0].min(culler.span.trough_y)).union(section(columns.y[1]));
+            if !passed.meets(columns.rect) {
                 continue;
             }
-            let below = reach.under(passed);
-            if scope.all.is_none() {
-                let inside = |y: f32| y <= scope.span.trough_y && reach.rect.contains(section(y));
-                let mut left = below.every & !granted;
+            let below = columns.under(passed);
+            if culler.all.is_none() {
+                let inside = |y: f32| y <= culler.span.trough_y && columns.rect.contains(section(y));
+                let mut left = below.every & !accepted;
                 while left != 0 {
                     let slab = left.trailing_zeros();
                     left &= left - 1;
-                    if scope.slices.heights(slab, reach.y).into_iter().any(inside) {
-                        granted |= 1 << slab;
+                    if culler.slices.heights(slab, columns.y).into_iter().any(inside) {
+                        accepted |= 1 << slab;
                     }
                 }
             }
-            if below.any & !granted != 0 {
+            if below.any & !accepted != 0 {
                 near.push(index);
             }
         }
-        if sides == 0 && granted == 0 && near.is_empty() && scope.all.is_none() {
-            self.counts.missed += self.alive(node);
+        if sides == 0 && accepted == 0 && near.is_empty() && culler.all.is_none() {
+            self.statistics.missed += self.alive(node);
             return;
         }
         if !node.children.is_empty() {
             for child in node.children.clone() {
-                self.node(child, sides, granted, &near);
+                self.node(child, sides, accepted, &near);
             }
             return;
         }
@@ -356,12 +369,12 @@ impl Walk<'_> {
                 continue;
             }
             let beam = &self.light.beams[beam as usize];
-            let slabs = scope.of_beam(beam, sides, granted, near.iter().copied(), &mut self.counts);
+            let slabs = culler.of_beam(beam, sides, accepted, near.iter().copied(), &mut self.statistics);
             self.slabs[triangle as usize].store(slabs, Ordering::Relaxed);
         }
     }
 
-    /// Beams of a node that are not culled for their shadow.
+    /// Beams of a node that shadow culling has left.
     fn alive(&self, node: &Node) -> u64 {
         if self.shadowed.is_empty() {
             return u64::from(node.beams);

@@ -1,38 +1,39 @@
 //! Quadtrees over the water, and parent beams: a body around all beams of a node [BO §3.3].
 //!
-//! A parent beam is the convex hull of two level rectangles, on a plane above all crests and on the lowest slicing plane. Every ray of the node,
-//! drawn out to both planes, starts in the one and ends in the other, so that in between it stays in the rectangle that goes from one to
-//! the other in proportion to height.
+//! A parent beam is the convex hull of two level rectangles, one on a plane above all crests and one on the lowest slicing plane. Every ray of the
+//! node, extended to both planes, starts in the upper rectangle and ends in the lower one. At any height in between it lies in the rectangle
+//! interpolated between the two.
 
 use std::ops::Range;
 
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles as _};
 use rayon::prelude::*;
 
+use crate::beams::geometry::on_ray_xz;
 use crate::beams::{LightBeams, NONE};
 
-/// Rectangles are widened by this share of their coordinates: as much as rounding can put a ray beside them.
+/// Rectangles are widened by this share of their coordinates, more than rounding moves a ray.
 const SLACK: f32 = 1.0e-5;
 
 /// A rectangle in x and z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rect {
-    /// Corner with the least coordinates, m.
+    /// Least coordinates, m.
     pub min: Vec2,
-    /// Corner with the greatest.
+    /// Greatest coordinates, m.
     pub max: Vec2,
 }
 
 impl Rect {
-    /// Holds nothing.
+    /// The empty rectangle.
     pub const EMPTY: Self = Self { min: Vec2::INFINITY, max: Vec2::NEG_INFINITY };
 
-    /// The least rectangle around this one and a point.
+    /// The smallest rectangle around this one and a point.
     #[must_use]
     pub fn including(self, p: Vec2) -> Self {
         Self { min: self.min.min(p), max: self.max.max(p) }
     }
-    /// The least rectangle around both.
+    /// The smallest rectangle around both.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
@@ -56,14 +57,14 @@ impl Rect {
     }
 }
 
-/// The heights of both planes, m.
+/// Heights of the generators and of both planes of the parent beams, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
-    /// Above all water.
+    /// Upper plane: above all generators.
     pub top_y: f32,
-    /// The lowest point of the surface.
+    /// Lowest point of the generators.
     pub trough_y: f32,
-    /// The lowest slicing plane.
+    /// Lower plane: the lowest slicing plane.
     pub bottom_y: f32,
 }
 
@@ -87,15 +88,15 @@ impl Cells {
 /// A node of a quadtree.
 #[derive(Clone, Debug)]
 pub struct Node {
-    /// Its part of the mesh. A triangle belongs to the cell that its bottom left vertex begins.
+    /// Its part of the mesh. A cell has the two triangles between its four vertices.
     pub cells: Cells,
     /// Its children's places; empty for a leaf.
     pub children: Range<u32>,
     /// Levels below it.
     pub levels: u32,
-    /// The parent beam on both planes; empty if no triangle of the node has a beam.
+    /// The parent beam on the upper plane; empty if no triangle of the node has a beam.
     pub top: Rect,
-    /// On the lowest plane.
+    /// The parent beam on the lower plane.
     pub bottom: Rect,
     /// Beams in it.
     pub beams: u32,
@@ -173,17 +174,17 @@ impl Hierarchy {
             let mut around = Around::new(span);
             let beams =
                 || triangles(columns, &node.cells).map(|triangle| light.of_triangle[triangle as usize]).filter(|&beam| beam != NONE);
-            node.beams = if light.dark == 0 && !light.corners.is_empty() { 2 * node.cells.count() } else { beams().count() as u32 };
-            if light.corners.is_empty() {
+            node.beams = if light.dark == 0 && !light.vertex_rays.is_empty() { 2 * node.cells.count() } else { beams().count() as u32 };
+            if light.vertex_rays.is_empty() {
                 for beam in beams().map(|beam| &light.beams[beam as usize]) {
                     beam.g.iter().zip(&beam.d).for_each(|(&g, &d)| around.add(g, d));
                 }
             } else {
-                // A sixth of the work: neighbours share their corners.
+                // Neighbouring triangles share their vertices: a sixth of the work.
                 for row in node.cells.rows.start..=node.cells.rows.end {
                     let first = row * (columns + 1);
-                    let corners = (first + node.cells.columns.start) as usize..=(first + node.cells.columns.end) as usize;
-                    light.corners[corners].iter().for_each(|&[g, d]| around.add(g, d));
+                    let vertices = (first + node.cells.columns.start) as usize..=(first + node.cells.columns.end) as usize;
+                    light.vertex_rays[vertices].iter().for_each(|&[g, d]| around.add(g, d));
                 }
             }
             (node.top, node.bottom) = if node.beams > 0 { around.rectangles() } else { (Rect::EMPTY, Rect::EMPTY) };
@@ -214,12 +215,12 @@ impl Around {
         Self { planes_y: [span.top_y, span.bottom_y], low: [Vec4::INFINITY; 2], high: [Vec4::NEG_INFINITY; 2] }
     }
 
-    /// Adds a ray, as [`Beam`](crate::beams::Beam) has it; nothing if it is none.
+    /// Adds a ray as in [`Beam`](crate::beams::Beam); NaN, which stands for no ray, changes nothing.
     #[inline(always)]
     fn add(&mut self, g: Vec4, d: Vec4) {
         for k in 0..2 {
-            let at = g + d * (g.y - self.planes_y[k]);
-            // What is not a number is not less, and so never taken.
+            let at = on_ray_xz(g, d, g.y - self.planes_y[k]);
+            // Comparisons with NaN are false.
             self.low[k] = Vec4::select(at.cmplt(self.low[k]), at, self.low[k]);
             self.high[k] = Vec4::select(at.cmpgt(self.high[k]), at, self.high[k]);
         }
@@ -231,7 +232,7 @@ impl Around {
     }
 }
 
-/// A range cut into so many parts of about equal length, without empty ones.
+/// A range cut into `count` parts of about equal length, without the empty ones.
 fn parts(range: &Range<u32>, count: u32) -> impl Iterator<Item = Range<u32>> + use<> {
     let (start, length) = (u64::from(range.start), range.len() as u64);
     let at = move |k: u64| (start + length * k / u64::from(count)) as u32;

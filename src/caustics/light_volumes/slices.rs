@@ -1,7 +1,7 @@
 //! The slicing planes, and how the dummy vertices on them make bodies [BO §3.2].
 //!
-//! All beams share one array of vertices, three per plane, and one array of indices. A beam that is clamped to some planes draws the part of the
-//! indices that has the walls between them and a cap at either end.
+//! All beams share one array of vertices, three per plane, and one array of indices. A beam that is clamped to a run of planes draws that part of
+//! the indices that has the walls between these planes and a cap at either end.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,10 +10,10 @@ use bytemuck::{Pod, Zeroable};
 
 use nephroid_pipeline::Buffer;
 
-/// Most planes: what is between two neighbours is one bit of a [`Slabs`].
+/// Most planes: each slab between two neighbouring planes is one bit of a [`Slabs`].
 pub const MAX_PLANES: u32 = 64;
 
-/// Which of the spaces between neighbouring planes a beam is wanted in, from the surface down.
+/// A set of slabs, the spaces between neighbouring planes: bit k is the slab below plane k, counted from the surface down.
 pub type Slabs = u64;
 
 /// A dummy vertex.
@@ -22,14 +22,14 @@ pub type Slabs = u64;
 pub struct SliceVertex {
     /// Height of the plane, m; above all water for the first one, which is the surface itself.
     pub plane_y: f32,
-    /// Corner of the triangle, 0 to 2.
+    /// Vertex of the section, 0 to 2.
     pub corner: f32,
 }
 
 /// Ways to cut three walls along diagonals.
 const CUTS: usize = 8;
 
-/// Stands for the surface: nothing is so high.
+/// Stands for the surface: higher than any vertex of it.
 const SURFACE_Y: f32 = 1.0e30;
 
 /// Planes, vertices and indices.
@@ -54,20 +54,7 @@ impl Slices {
         let on_plane = |k: usize| if k == 0 { SURFACE_Y } else { planes_y[k] };
         let vertices: Vec<SliceVertex> =
             (0..3 * count as usize).map(|k| SliceVertex { plane_y: on_plane(k / 3), corner: (k % 3) as f32 }).collect();
-        let mut indices = Vec::new();
-        let mut ranges = Vec::new();
-        for cuts in 0..CUTS {
-            for first in 0..count {
-                for last in 0..count {
-                    let start = indices.len() as u32;
-                    // No edge of a triangle that goes round starts all three, or none.
-                    if first < last && cuts != 0 && cuts != CUTS - 1 {
-                        body(&mut indices, cuts, first, last);
-                    }
-                    ranges.push(start..indices.len() as u32);
-                }
-            }
-        }
+        let (indices, ranges) = bodies(count);
         let (vertices, indices) = (Arc::new(Buffer::from_slice(&vertices)), Arc::new(Buffer::from_slice(&indices)));
         Self { planes_y, vertices, indices, ranges }
     }
@@ -116,10 +103,28 @@ pub fn runs(mut slabs: Slabs) -> impl Iterator<Item = Range<u32>> {
     })
 }
 
+/// Indices of the bodies for all cuts and all pairs of planes, and each body's part of them, by cuts, first and last plane.
+fn bodies(count: u32) -> (Vec<u32>, Vec<Range<u32>>) {
+    let (mut indices, mut ranges) = (Vec::new(), Vec::new());
+    for cuts in 0..CUTS {
+        for first in 0..count {
+            for last in 0..count {
+                let start = indices.len() as u32;
+                // Around a triangle, the edges cannot all start at the end that comes first, nor all at the other end.
+                if first < last && cuts != 0 && cuts != CUTS - 1 {
+                    body(&mut indices, cuts, first, last);
+                }
+                ranges.push(start..indices.len() as u32);
+            }
+        }
+    }
+    (indices, ranges)
+}
+
 /// Walls between two planes and a cap at either end, anticlockwise seen from outside.
 ///
-/// The wall along an edge is cut from the top of the end that comes first, so that neighbours cut it alike, and its triangles begin there: depth
-/// is interpolated from a triangle's first corner, and must be the same for both neighbours to the last bit, or light is lost between them.
+/// The wall along an edge is cut from the top of the end that comes first, so that both beams at the edge cut it alike, and its triangles begin
+/// there: depth is interpolated from a triangle's first vertex and must have the same bits for both beams, or light is lost between them.
 fn body(indices: &mut Vec<u32>, cuts: usize, first: u32, last: u32) {
     for plane in first..last {
         let (top, bottom) = (3 * plane, 3 * plane + 3);
@@ -137,19 +142,19 @@ fn body(indices: &mut Vec<u32>, cuts: usize, first: u32, last: u32) {
 mod tests {
     use super::*;
 
-    fn indices(slices: &Slices, cuts: usize, planes: Range<u32>) -> Vec<u32> {
-        let elements = slices.elements(cuts, planes);
-        bytemuck::cast_slice::<u8, u32>(slices.indices.bytes())[elements.start as usize..elements.end as usize].to_vec()
+    /// The indices of a body between two of `count` planes.
+    fn indices(count: u32, cuts: usize, planes: Range<u32>) -> Vec<u32> {
+        let elements = Slices::new(0.0, -3.0, count).elements(cuts, planes);
+        bodies(count).0[elements.start as usize..elements.end as usize].to_vec()
     }
 
     #[test]
     fn every_body_is_closed() {
-        let slices = Slices::new(0.0, -3.0, 5);
         for cuts in 1..CUTS - 1 {
             for first in 0..4 {
                 for last in first + 1..5 {
                     let mut edges = std::collections::BTreeMap::<(u32, u32), i32>::new();
-                    for t in indices(&slices, cuts, first..last).chunks_exact(3) {
+                    for t in indices(5, cuts, first..last).chunks_exact(3) {
                         for k in 0..3 {
                             let (a, b) = (t[k], t[(k + 1) % 3]);
                             *edges.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
@@ -164,9 +169,8 @@ mod tests {
 
     #[test]
     fn both_sides_of_a_wall_are_drawn_from_the_same_corner() {
-        let slices = Slices::new(0.0, -3.0, 2);
         for cuts in 1..CUTS - 1 {
-            let indices = indices(&slices, cuts, 0..1);
+            let indices = indices(2, cuts, 0..1);
             for (i, wall) in indices[..18].chunks_exact(6).enumerate() {
                 let first = if cuts >> i & 1 == 1 { i } else { (i + 1) % 3 };
                 assert_eq!([wall[0], wall[3]], [first as u32; 2], "cuts {cuts:b}, edge {i}");

@@ -1,8 +1,8 @@
-//! Beams of mirrors and glass: what the paper leaves for later, a ring on a table and a ball of glass [BO §5].
+//! Beams of mirrors and glass, such as a ring on a table or a ball of glass: future work of the paper [BO §5].
 //!
-//! The generators are the triangles that light meets first. From each of their corners the light is followed, mirrored and refracted, until it
-//! leaves mirrors and glass for good: there its beam begins. Where light divides, at glass, both parts are followed. Three corners make a
-//! beam if their light has taken the same way: the same events at the same smooth pieces of surface.
+//! The generators are the triangles that light meets first. From each of their vertices the light is followed, mirrored and refracted, until it
+//! leaves mirrors and glass for good; its beam begins there. Where glass splits the light, both parts are followed. Three vertices make a beam if
+//! their light has taken the same path: the same events at the same smooth pieces of surface.
 
 mod paths;
 
@@ -17,16 +17,16 @@ use nephroid_scene::{Light, Material, Radiometry, Scene};
 use super::MAX_BEAMS;
 use paths::{Path, Surfaces};
 
-/// Mirrors, glass, and what else is in the scene.
+/// All surfaces of the scene, and the generators among them.
 pub struct Specular {
     surfaces: Surfaces,
     /// Generators: meshes fine enough for beams, with their number among the scene's objects.
     generators: Vec<(u32, Mesh)>,
 }
 
-/// What a corner of a generator sees of a light.
-struct Corner {
-    /// Irradiance of a surface across the light's way, W/m², linear RGB.
+/// Light at a vertex of a generator.
+struct GeneratorVertex {
+    /// Irradiance on a surface perpendicular to the light, W/m², linear RGB.
     irradiance: Vec3,
     direction: Vec3,
     /// Whether the light arrives.
@@ -38,7 +38,7 @@ impl Specular {
     /// Reads the scene's objects; `None` if none of them mirrors or refracts. `edge`: longest edge of a generator, as a share of its object's size.
     ///
     /// # Errors
-    /// If a mesh cannot be had, or is cut into more triangles than there may be beams.
+    /// If a mesh cannot be made or loaded, or is cut into more than [`MAX_BEAMS`] triangles.
     pub fn new(scene: &Scene, edge: f32) -> Result<Option<Self>, RenderError> {
         if !scene.objects.iter().any(|object| is_specular(&object.material)) {
             return Ok(None);
@@ -57,19 +57,19 @@ impl Specular {
         Ok(Some(Self { surfaces: Surfaces::new(meshes), generators }))
     }
 
-    /// A light's beams, in the order of a curve that fills space; those that go up have none.
+    /// A light's beams in the order of a space-filling curve. Light that goes up makes no beam.
     ///
     /// # Errors
-    /// If there are more than may be.
+    /// If there are more than [`MAX_BEAMS`].
     pub fn beams(&self, light: &Light, radiometry: Radiometry) -> Result<LightBeams, RenderError> {
         let mut found: Vec<(u64, Beam)> = Vec::new();
         let mut out = LightBeams::default();
         let bounds = self.generators.iter().fold(Aabb::EMPTY, |all, (_, mesh)| all.union(mesh.bounds()));
         for (object, mesh) in &self.generators {
-            let corners: Vec<Corner> = (0..mesh.positions.len())
+            let vertices: Vec<GeneratorVertex> = (0..mesh.positions.len())
                 .into_par_iter()
                 .with_min_len(64)
-                .map(|i| self.corner(*object, mesh.positions[i], mesh.normals[i], light))
+                .map(|i| self.vertex(*object, mesh.positions[i], mesh.normals[i], light))
                 .collect();
             let made: Vec<(f64, Vec<Beam>)> = (0..mesh.triangle_count())
                 .into_par_iter()
@@ -77,7 +77,7 @@ impl Specular {
                 .map(|t| {
                     let [a, b, c] = [0, 1, 2].map(|k| mesh.indices[3 * t + k] as usize);
                     let positions = [a, b, c].map(|i| mesh.positions[i]);
-                    beams_of(positions, [&corners[a], &corners[b], &corners[c]], radiometry)
+                    beams_of(positions, [&vertices[a], &vertices[b], &vertices[c]], radiometry)
                 })
                 .collect();
             for (t, (incident, beams)) in made.into_iter().enumerate() {
@@ -95,20 +95,20 @@ impl Specular {
         out.beams = found.into_iter().map(|(_, beam)| beam).collect();
         out.energy.entered = out.beams.iter().map(|beam| beam.flux.truncate().as_dvec3().element_sum()).sum();
         out.energy.grazing = out.energy.incident - out.energy.entered;
-        // Cells of a mesh have two triangles each.
+        // Two beams stand for the two triangles of a mesh's cell.
         out.of_triangle = (0..out.beams.len() as u32).collect();
         out.of_triangle.resize(2 * cells(&out) as usize, NONE);
         Ok(out)
     }
 
-    fn corner(&self, object: u32, position: Vec3, normal: Vec3, light: &Light) -> Corner {
+    fn vertex(&self, object: u32, position: Vec3, normal: Vec3, light: &Light) -> GeneratorVertex {
         let incident = light.incident(position);
         let (lit, paths) = self.surfaces.paths(object, position, normal, light, incident.direction_ws);
-        Corner { irradiance: incident.irradiance, direction: incident.direction_ws, lit, paths }
+        GeneratorVertex { irradiance: incident.irradiance, direction: incident.direction_ws, lit, paths }
     }
 }
 
-/// How many pairs of beams there are: what stands for the cells of a water mesh.
+/// Number of pairs of beams, which stand for the cells of a water mesh.
 pub fn cells(beams: &LightBeams) -> u32 {
     (beams.beams.len() as u32).div_ceil(2).max(1)
 }
@@ -117,21 +117,22 @@ fn is_specular(material: &Material) -> bool {
     !matches!(material, Material::Diffuse { .. })
 }
 
-/// What falls on a triangle, W summed over RGB, and the beams that it makes.
-fn beams_of(positions: [Vec3; 3], corners: [&Corner; 3], radiometry: Radiometry) -> (f64, Vec<Beam>) {
+/// Flux that arrives at a triangle, W summed over RGB, and the beams that it makes.
+fn beams_of(positions: [Vec3; 3], vertices: [&GeneratorVertex; 3], radiometry: Radiometry) -> (f64, Vec<Beam>) {
     let cross = (positions[1] - positions[0]).cross(positions[2] - positions[0]);
     let area = 0.5 * cross.length();
-    let direction = corners.iter().map(|c| c.direction).sum::<Vec3>().normalize_or_zero();
+    let direction = vertices.iter().map(|v| v.direction).sum::<Vec3>().normalize_or_zero();
     let across = 0.5 * direction.dot(cross).abs();
-    let arriving = corners.iter().map(|c| if c.lit { c.irradiance } else { Vec3::ZERO }).sum::<Vec3>() / 3.0;
+    let arriving = vertices.iter().map(|v| if v.lit { v.irradiance } else { Vec3::ZERO }).sum::<Vec3>() / 3.0;
     let counted = match radiometry {
         Radiometry::Physical => across,
         Radiometry::Paper => area,
     };
-    let beams = corners[0].paths.iter().filter_map(|first| {
-        let same = |corner: &Corner| corner.paths.iter().find(|path| path.way == first.way).copied();
-        let paths = [*first, same(corners[1])?, same(corners[2])?];
-        let carried: [Vec3; 3] = std::array::from_fn(|i| if corners[i].lit { corners[i].irradiance * paths[i].share } else { Vec3::ZERO });
+    let beams = vertices[0].paths.iter().filter_map(|first| {
+        let same = |vertex: &GeneratorVertex| vertex.paths.iter().find(|path| path.hash == first.hash).copied();
+        let paths = [*first, same(vertices[1])?, same(vertices[2])?];
+        let carried: [Vec3; 3] =
+            std::array::from_fn(|i| if vertices[i].lit { vertices[i].irradiance * paths[i].share } else { Vec3::ZERO });
         let mean = carried.iter().copied().sum::<Vec3>() / 3.0;
         if mean == Vec3::ZERO || !paths.iter().all(Path::goes_down) {
             return None;

@@ -8,6 +8,7 @@
 //! - [`light_buffer`]: position, normal, material, refractive index and depth of what a light sees.
 //! - [`filter`] and [`rotating_filter`]: low passes.
 //! - [`downsample`] and [`compose`]: depth for smaller targets, and layers of any size added up.
+//! - [`in_scattering`]: light scattered by the medium on the way to the eye, added to the picture.
 
 pub mod camera;
 pub mod compose;
@@ -16,6 +17,7 @@ pub mod environment;
 pub mod filter;
 pub mod fullscreen;
 pub mod geometry_buffer;
+pub mod in_scattering;
 pub mod light;
 pub mod light_buffer;
 pub mod rotating_filter;

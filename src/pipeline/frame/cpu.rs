@@ -34,8 +34,8 @@ impl Executor for CpuExecutor {
             let mut outputs = Vec::with_capacity(frame.passes.len());
             for (index, pass) in frame.passes.iter().enumerate() {
                 let inside = observer.as_deref_mut().and_then(|o| o.pass_begin(index, pass));
-                let output = match (&pass.known, inside) {
-                    (Some(known), None) => known.clone(),
+                let output = match (&pass.cached, inside) {
+                    (Some(cached), None) => cached.clone(),
                     (_, inside) => run_frame_pass(device, frame, &pipelines, pass, contents, inside)?,
                 };
                 if let Some(observer) = observer.as_deref_mut() {

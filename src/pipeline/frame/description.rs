@@ -260,9 +260,9 @@ pub struct FramePass {
     pub query_count: usize,
     /// Where primitives are streamed out to.
     pub stream_out: Vec<StreamOut>,
-    /// What the pass gives, if it ran while the frame was built and leaves its attachments as they are. Unless somebody looks inside, an executor
-    /// need not run it again. Default: not known.
-    pub known: Option<PassOutput>,
+    /// Output of the pass, if it ran while the frame was built and leaves its attachments as they are. An executor may return it in place of
+    /// running the pass, unless an observer watches the pass. Default: `None`.
+    pub cached: Option<PassOutput>,
 }
 
 impl FramePass {

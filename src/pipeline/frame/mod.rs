@@ -4,6 +4,7 @@
 //! [`CpuExecutor`] does so on the software GPU. Everything done to a frame (rendering, capture, cross-checking, benchmarking) is done to this
 //! description, so every technique gets it for nothing.
 
+mod append;
 pub(crate) mod check;
 pub(crate) mod contents;
 mod cpu;

@@ -1,4 +1,4 @@
-//! The way of light through mirrors and glass.
+//! Paths of light through mirrors and glass.
 
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb as Bounds;
@@ -11,33 +11,33 @@ use nephroid_math::vector::{V3, v3};
 use nephroid_scene::geom::Mesh;
 use nephroid_scene::{Light, Material};
 
-/// Most events on a way.
+/// Most events on a path.
 const MOST_EVENTS: u32 = 12;
 
-/// Light that is weaker than this share of what arrived is not followed.
+/// Light below this share of the arriving light is not followed.
 const LEAST_SHARE: f32 = 1.0e-3;
 
-/// How far a ray starts from the surface that it leaves, as a share of the size of everything.
+/// How far a ray starts from the surface that it leaves, as a share of the size of all surfaces.
 const STEP_OFF: f32 = 1.0e-5;
 
-/// Least fall of a beam, as a cosine: a ray that is all but level would reach the floor a mile away.
+/// Least slope of a beam, as a cosine: a nearly horizontal ray would reach the floor a thousand depths away.
 const LEAST_FALL: f32 = 1.0e-3;
 
-/// Where light has got to when it leaves mirrors and glass.
+/// Light that has left mirrors and glass for good.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Path {
-    /// Events and pieces of surface on the way, hashed.
-    pub way: u64,
-    /// Share of the light that is left, linear RGB.
+    /// Hash of the events and pieces of surface on the path.
+    pub hash: u64,
+    /// Share of the arriving light that it carries, linear RGB.
     pub share: Vec3,
-    /// Where it was last mirrored or refracted, m.
+    /// Place of the last event, m.
     pub position: Vec3,
-    /// Where it goes; a unit vector.
+    /// Unit direction of travel.
     pub direction: Vec3,
 }
 
 impl Path {
-    /// Whether it can be sliced by level planes.
+    /// Whether level planes can slice it.
     pub fn goes_down(&self) -> bool {
         self.direction.y < -LEAST_FALL
     }
@@ -54,25 +54,25 @@ pub struct Surfaces {
     step_off: f32,
 }
 
-/// What a ray meets.
+/// Where a ray meets a surface.
 struct Meeting {
     position: Vec3,
     mesh: u32,
     piece: u32,
-    /// Interpolated and of the triangle, both on the mesh's outside.
+    /// Interpolated normal; this and the next point out of the mesh.
     normal: Vec3,
     face: Vec3,
 }
 
-/// Light on its way.
+/// Light that is being followed.
 #[derive(Clone, Copy)]
 struct State {
-    way: u64,
+    hash: u64,
     share: Vec3,
     position: Vec3,
     direction: Vec3,
     events: u32,
-    /// Mesh of glass that it is in.
+    /// The mesh of glass that it is inside of.
     inside: Option<u32>,
 }
 
@@ -97,10 +97,10 @@ impl Surfaces {
         Self { meshes, pieces, triangles, tree, step_off }
     }
 
-    /// Whether a light arrives at a point of a mirror or of glass, and the ways that it takes from there.
+    /// Whether a light arrives at a point of a mirror or of glass, and the paths that it takes from there.
     pub fn paths(&self, object: u32, position: Vec3, normal: Vec3, light: &Light, direction: Vec3) -> (bool, Vec<Path>) {
         let Material::Mirror { .. } = self.meshes[object as usize].1 else {
-            // Light from within the glass has not met it first here.
+            // Light that arrives from inside of the glass has met another generator first.
             if direction.dot(normal) >= 0.0 {
                 return (false, Vec::new());
             }
@@ -115,11 +115,11 @@ impl Surfaces {
             Light::Directional { .. } => f32::INFINITY,
             Light::Point { position: at, .. } | Light::Spot { position: at, .. } => at.distance(position),
         };
-        // Off the surface, and towards the light: what the foot of an object stands on is no obstacle.
+        // Off the surface and towards the light: the ground that an object stands on is no obstacle.
         let start = position + (facing - direction) * self.step_off;
         let lit = self.nearest(start, -direction, distance).is_none();
-        let start = State { way: 1, share: Vec3::ONE, position, direction, events: 0, inside: None };
-        // The piece of the first surface is that of all three corners of a generator.
+        let start = State { hash: 1, share: Vec3::ONE, position, direction, events: 0, inside: None };
+        // All three vertices of a generator lie on the same piece, so piece 0 stands for it.
         let meeting = Meeting { position, mesh: object, piece: 0, normal, face: normal };
         let mut found = Vec::new();
         let mut left: Vec<State> = Vec::new();
@@ -130,7 +130,7 @@ impl Surfaces {
                     self.event(state, &meeting, &mut left);
                 }
                 _ if state.inside.is_none() => {
-                    found.push(Path { way: state.way, share: state.share, position: state.position, direction: state.direction });
+                    found.push(Path { hash: state.hash, share: state.share, position: state.position, direction: state.direction });
                 }
                 _ => {}
             }
@@ -138,7 +138,7 @@ impl Surfaces {
         (lit, found)
     }
 
-    /// What becomes of light at a mirror or at glass; nothing after too many events.
+    /// Follows light through an event at a mirror or at glass; light with too many events is dropped.
     fn event(&self, mut state: State, at: &Meeting, left: &mut Vec<State>) {
         if state.events >= MOST_EVENTS {
             return;
@@ -156,12 +156,12 @@ impl Surfaces {
         let incoming = to_v3(state.direction);
         let follow = |event: u64, share: Vec3, direction: V3<f32>, through: bool, inside: Option<u32>| {
             let direction = Vec3::new(direction.x, direction.y, direction.z);
-            // What an interpolated normal sends to the wrong side is lost.
+            // Light that an interpolated normal sends to the wrong side is dropped.
             let goes_through = direction.dot(face) < 0.0;
             let position = at.position + face * if through { -self.step_off } else { self.step_off };
             let key = (u64::from(at.mesh) << 32 | u64::from(at.piece)) << 3 | event;
-            let way = (state.way ^ key).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29).wrapping_add(key);
-            let next = State { way, share, position, direction, events: state.events + 1, inside };
+            let hash = (state.hash ^ key).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29).wrapping_add(key);
+            let next = State { hash, share, position, direction, events: state.events + 1, inside };
             (goes_through == through && share.max_element() >= LEAST_SHARE).then_some(next)
         };
         let side = u64::from(outside);
@@ -214,10 +214,10 @@ impl Surfaces {
     }
 }
 
-/// Distance along a ray to a triangle, and the weights of its corners there; `None` if it misses.
+/// Distance along a ray to a triangle, and barycentric weights there; `None` if the ray misses.
 ///
-/// Corners are taken from the ray's start, and an edge gives either of its triangles the same number with another sign: no ray
-/// passes between two that share an edge or a corner, however much it is rounded.
+/// Vertices are taken relative to the ray's start, and both triangles at an edge compute the same number for it, with opposite signs: however
+/// numbers are rounded, no ray passes between two triangles that share an edge or a vertex.
 fn meet(origin: Vec3, direction: Vec3, corners: [Vec3; 3]) -> Option<(f32, [f32; 3])> {
     let [a, b, c] = corners.map(|corner| corner - origin);
     let edges = [direction.dot(b.cross(c)), direction.dot(c.cross(a)), direction.dot(a.cross(b))];
@@ -239,7 +239,8 @@ fn corners(mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
     [0, 1, 2].map(|corner| mesh.positions[mesh.indices[3 * triangle as usize + corner] as usize])
 }
 
-/// Per vertex, which of the pieces it belongs to that are connected by shared vertices: shapes have vertices of their own on either side of a sharp edge.
+/// Per vertex, the piece of surface that it belongs to. Triangles that share a vertex are of one piece; shapes have separate vertices on both
+/// sides of a sharp edge.
 fn pieces(mesh: &Mesh) -> Vec<u32> {
     fn root(parents: &mut [u32], mut v: u32) -> u32 {
         while parents[v as usize] != v {
@@ -252,7 +253,7 @@ fn pieces(mesh: &Mesh) -> Vec<u32> {
     for t in mesh.triangles() {
         for (a, b) in [(t[0], t[1]), (t[1], t[2])] {
             let (a, b) = (root(&mut parents, a), root(&mut parents, b));
-            // The lower number leads, so that a piece has the number of its first vertex.
+            // The lower number becomes the root, so that a piece has the number of its first vertex.
             parents[a.max(b) as usize] = a.min(b);
         }
     }

@@ -1,4 +1,4 @@
-// What a beam adds to the targets: the twin of `Shine`.
+// What a beam adds to the targets: the twin of `BeamContribution`.
 
 override paper: bool = false;
 // 0 intensities, 1 vectors, 2 irradiances.
@@ -16,7 +16,7 @@ struct Targets {
     @location(4) count: vec4<f32>,
 }
 
-fn shine(intensity_at: vec3<f32>, ray: vec3<f32>, at: vec2<i32>) -> Targets {
+fn contribution(intensity_at: vec3<f32>, ray: vec3<f32>, at: vec2<i32>) -> Targets {
     let exists = textureLoad(positions, at, 0).w == 1.0;
     let seen = select(1.0, textureLoad(visibilities, at, 0).r, beams.sigma_t.w > 0.0);
     let visible = select(0.0, seen, exists);

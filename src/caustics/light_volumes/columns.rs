@@ -1,7 +1,7 @@
-//! What a receivers' box has at which height: a grid of columns over the box, each with the slabs that receivers are in.
+//! Receiver columns: a grid over a receivers' box, each cell with the slabs in which it has receivers.
 //!
-//! A box alone says that a beam over a sloping floor must be drawn between the heights of its ends. Columns say between which
-//! planes the floor is where the beam meets it.
+//! With the box alone, a beam over a sloping floor is drawn between the floor's least and greatest height. With columns it is drawn between the
+//! planes around the part of the floor that it meets.
 
 use glam::{Vec2, Vec3};
 
@@ -19,14 +19,14 @@ const MOST: u32 = 48;
 
 /// A receivers' box between the slicing planes.
 #[derive(Clone, Debug)]
-pub struct Reach {
-    /// Number of the box among all.
+pub struct ReceiverColumns {
+    /// Number of the box.
     pub number: usize,
     /// The box from above.
     pub rect: Rect,
     /// Least and greatest height, m.
     pub y: [f32; 2],
-    /// Slabs that any of its columns has.
+    /// Slabs in which any of its columns has receivers.
     pub slabs: Slabs,
     columns: Vec<Slabs>,
     size: (u32, u32),
@@ -34,24 +34,27 @@ pub struct Reach {
     per_metre: Vec2,
 }
 
-/// The slabs of some columns.
+/// The slabs of a set of columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Common {
-    /// Of any of them.
+pub struct ColumnSlabs {
+    /// Slabs in which at least one column has receivers.
     pub any: Slabs,
-    /// Of every one.
+    /// Slabs in which every column has receivers.
     pub every: Slabs,
 }
 
-/// Fills the columns of all boxes that reach into the water.
+/// The columns of all boxes that reach into the water.
 #[must_use]
-pub fn reaches(boxes: &[ReceiverBox], receivers: &Receivers, slices: &Slices, span: Span) -> Vec<Reach> {
+pub fn receiver_columns(boxes: &[ReceiverBox], receivers: &Receivers, slices: &Slices, span: Span) -> Vec<ReceiverColumns> {
     let longest = boxes.iter().map(|b| b.bounds.size().x.max(b.bounds.size().z)).fold(0.0, f32::max);
-    let reach = |(number, b): (usize, &ReceiverBox)| Reach { number, ..Reach::new(b, receivers, slices, span, longest / COLUMNS) };
-    boxes.iter().enumerate().map(reach).filter(|reach| reach.slabs != 0 && reach.y[0] <= reach.y[1]).collect()
+    let columns = |(number, b): (usize, &ReceiverBox)| ReceiverColumns {
+        number,
+        ..ReceiverColumns::new(b, receivers, slices, span, longest / COLUMNS)
+    };
+    boxes.iter().enumerate().map(columns).filter(|columns| columns.slabs != 0 && columns.y[0] <= columns.y[1]).collect()
 }
 
-impl Reach {
+impl ReceiverColumns {
     fn new(of: &ReceiverBox, receivers: &Receivers, slices: &Slices, span: Span, column_m: f32) -> Self {
         let bounds = of.bounds;
         let rect = Rect { min: Vec2::new(bounds.min.x, bounds.min.z), max: Vec2::new(bounds.max.x, bounds.max.z) };
@@ -61,24 +64,24 @@ impl Reach {
         let per_metre = Vec2::new(size.0 as f32, size.1 as f32) / extent;
         let y = [bounds.min.y.max(span.bottom_y), bounds.max.y];
         let columns = vec![0; (size.0 * size.1) as usize];
-        let mut reach = Self { number: 0, rect, y, slabs: 0, columns, size, per_metre };
+        let mut grid = Self { number: 0, rect, y, slabs: 0, columns, size, per_metre };
         let margin = margin(receivers);
-        for corners in of.corners(receivers) {
-            reach.add(corners, margin, slices);
+        for triangle in of.positions(receivers) {
+            grid.add(triangle, margin, slices);
         }
-        reach.slabs = reach.columns.iter().fold(0, |all, column| all | column);
-        reach
+        grid.slabs = grid.columns.iter().fold(0, |all, column| all | column);
+        grid
     }
 
-    /// Adds a triangle to the columns that it is in, as far as it is in each.
-    fn add(&mut self, corners: [Vec3; 3], margin: f32, slices: &Slices) {
-        let low = corners[0].min(corners[1]).min(corners[2]) - margin;
-        let high = corners[0].max(corners[1]).max(corners[2]) + margin;
+    /// Adds a triangle to the columns that it touches, each with the heights of the part inside of it.
+    fn add(&mut self, triangle: [Vec3; 3], margin: f32, slices: &Slices) {
+        let low = triangle[0].min(triangle[1]).min(triangle[2]) - margin;
+        let high = triangle[0].max(triangle[1]).max(triangle[2]) + margin;
         let ([x0, x1], [z0, z1]) = self.columns_under(Rect { min: Vec2::new(low.x, low.z), max: Vec2::new(high.x, high.z) });
         let one = x0 == x1 && z0 == z1;
         for z in z0..=z1 {
             for x in x0..=x1 {
-                let heights = if one { Some([low.y, high.y]) } else { self.heights_in(corners, margin, x, z) };
+                let heights = if one { Some([low.y, high.y]) } else { self.heights_in(triangle, margin, x, z) };
                 if let Some([low, high]) = heights {
                     self.columns[(z * self.size.0 + x) as usize] |= slices.between(low, high);
                 }
@@ -86,12 +89,12 @@ impl Reach {
         }
     }
 
-    /// Heights of a triangle inside of a column.
-    fn heights_in(&self, corners: [Vec3; 3], margin: f32, x: u32, z: u32) -> Option<[f32; 2]> {
+    /// Heights of the part of a triangle inside of a column.
+    fn heights_in(&self, triangle: [Vec3; 3], margin: f32, x: u32, z: u32) -> Option<[f32; 2]> {
         let cell = Vec2::ONE / self.per_metre;
         let min = self.rect.min + cell * Vec2::new(x as f32, z as f32) - margin;
         let max = min + cell + 2.0 * margin;
-        let mut polygon = corners.to_vec();
+        let mut polygon = triangle.to_vec();
         for (axis, side, sign) in [(0, min.x, 1.0), (0, max.x, -1.0), (2, min.y, 1.0), (2, max.y, -1.0)] {
             let inside = |p: Vec3| (p[axis] - side) * sign;
             let mut cut = Vec::with_capacity(8);
@@ -120,11 +123,11 @@ impl Reach {
         ([(low.x as u32).min(last_x), (high.x as u32).min(last_x)], [(low.y as u32).min(last_z), (high.y as u32).min(last_z)])
     }
 
-    /// What the columns under a rectangle have, which meets the box.
+    /// Slabs of the columns under a rectangle that meets the box.
     #[inline(always)]
-    pub fn under(&self, rect: Rect) -> Common {
+    pub fn under(&self, rect: Rect) -> ColumnSlabs {
         let ([x0, x1], [z0, z1]) = self.columns_under(rect);
-        let mut common = Common { any: 0, every: Slabs::MAX };
+        let mut common = ColumnSlabs { any: 0, every: Slabs::MAX };
         for z in z0..=z1 {
             for column in &self.columns[(z * self.size.0 + x0) as usize..=(z * self.size.0 + x1) as usize] {
                 common.any |= column;

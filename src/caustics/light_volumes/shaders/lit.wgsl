@@ -1,6 +1,4 @@
-// What the light of a beam is like: the twins of `lit`, `section`, `drawn_area` and `spread`.
-
-const SMALLEST_SECTION: f32 = 1.0e-7;
+// The light of a beam: the twins of `lit` and `drawn_area`.
 
 struct BeamsUniform {
     sigma_t: vec4<f32>,
@@ -22,26 +20,13 @@ fn lit_at(number: u32) -> f32 {
     return 1.0;
 }
 
-fn perp_dot(a: vec2<f32>, b: vec2<f32>) -> f32 {
-    return a.x * b.y - a.y * b.x;
-}
-
-fn section_corner(number: u32, y: f32) -> vec2<f32> {
-    return (beam.g[number].y - y) * beam.d[number].xz + beam.g[number].xz;
-}
-
-fn double_area(y: f32) -> f32 {
-    let first = section_corner(0u, y);
-    return perp_dot(section_corner(1u, y) - first, section_corner(2u, y) - first);
-}
-
 fn drawn_area(y: f32) -> f32 {
     let level = beams.planes.x;
     let step = beams.planes.y;
     let slab = clamp(floor((level - y) / step), 0.0, beams.planes.z - 1.0);
     let top = level - slab * step;
     let bottom = level - (slab + 1.0) * step;
-    let signed = double_area(y);
+    let signed = double_area_at(y);
     let sign = select(1.0, -1.0, signed < 0.0);
     let whole = abs(signed);
     var area = whole;
@@ -53,13 +38,13 @@ fn drawn_area(y: f32) -> f32 {
         let end = select(i, j, starts);
         let high = select(min(top, beam.g[start].y), beam.g[start].y, slab == 0.0);
         let low = min(bottom, beam.g[end].y);
-        let above = section_corner(start, high);
-        let below = section_corner(end, low);
+        let above = section_at(start, high);
+        let below = section_at(end, low);
         let t = clamp((high - y) / max(high - low, 1.0e-12), 0.0, 1.0);
         let diagonal = (below - above) * t + above;
-        let pi = section_corner(i, y);
-        let pj = section_corner(j, y);
-        let r = section_corner(3u - i - j, y);
+        let pi = section_at(i, y);
+        let pj = section_at(j, y);
+        let r = section_at(3u - i - j, y);
         let outside = perp_dot(diagonal - pi, pj - pi) * sign;
         let d = perp_dot(r - pi, diagonal - pi) * sign;
         let b = perp_dot(r - pj, diagonal - pj) * sign;
@@ -78,8 +63,4 @@ fn drawn_area(y: f32) -> f32 {
         }
     }
     return max(max(area, abs(balance)), whole * 0.5) * 0.5;
-}
-
-fn spread(area: f32) -> f32 {
-    return max(area, SMALLEST_SECTION * beam.flux.w);
 }

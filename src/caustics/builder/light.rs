@@ -1,36 +1,61 @@
-//! A light: what it reaches directly, and what it sees of the receivers.
+//! The loop over lights: what each light reaches directly, and its shadow maps.
 
 use std::sync::Arc;
 
 use glam::{Mat4, Vec3, Vec4};
 
-use crate::Receivers;
 use crate::passes::shadow_map::{LightUniform, refracted_under_flat_water};
 use crate::passes::{fullscreen, light, shadow_map};
 use crate::receivers::ReceiverGroup;
+use crate::{Receivers, RenderError};
 use nephroid_pipeline::frame::{BindEntry, BufferId, DepthTarget, FrameDraw, FramePass, TextureId};
 use nephroid_pipeline::sampler::Sampler;
+use nephroid_pipeline::shader::Program;
 use nephroid_pipeline::state::{ADDITIVE, CompareFunction, DepthBiasState, TextureFormat};
 use nephroid_pipeline::{LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 use nephroid_scene::geom::Aabb;
 use nephroid_scene::{Light, Scene};
 
+use super::FrameBuilder;
 use super::state::{clear, clear_or_keep, depth_state, target};
-use super::{Stage, View};
 
 /// A light of the frame.
-pub struct StageLight {
-    /// As shaders see it.
+pub struct FrameLight {
+    /// Its number among the scene's lights.
+    pub number: usize,
+    /// The light and its maps, for shaders.
     pub uniform: LightUniform,
-    /// The same in a buffer.
+    /// Uniform buffer with them.
     pub buffer: BufferId,
-    /// What it sees through air; a texel of depth 1 where that is switched off.
+    /// Shadow map through air; one texel of depth 1 if [`super::ViewOptions::surface_shadows`] is off.
     pub air_map: TextureId,
 }
 
-impl Stage {
-    /// Draws both maps of a light and what it reaches directly.
-    pub fn light(&mut self, scene: &Scene, receivers: &Receivers, view: &View, number: usize) -> StageLight {
+impl FrameLight {
+    /// Whether sums over lights start with this one.
+    #[must_use]
+    pub fn is_first(&self) -> bool {
+        self.number == 0
+    }
+}
+
+impl FrameBuilder<'_> {
+    /// For each light in turn: draws its maps and direct light, then lets `technique` add its own passes. Until the next light, the texture
+    /// [`FrameBuilder::visibility`] is that of this light.
+    ///
+    /// # Errors
+    /// The first error of `technique`.
+    pub fn lights(&mut self, mut technique: impl FnMut(&mut Self, &FrameLight) -> Result<(), RenderError>) -> Result<(), RenderError> {
+        for number in 0..self.scene.lights.len() {
+            let light = self.light(number);
+            technique(self, &light)?;
+        }
+        Ok(())
+    }
+
+    /// Draws both maps of a light, and the irradiance that it gives directly.
+    fn light(&mut self, number: usize) -> FrameLight {
+        let (scene, receivers, view) = (self.scene, self.receivers, self.view);
         let uniform = light_uniform(scene, &scene.lights[number], receivers);
         let buffer = self.uniform(&format!("light {number}"), &uniform);
         let wet = scene.water.is_some();
@@ -61,14 +86,14 @@ impl Stage {
             draws: vec![FrameDraw::new(pipeline, bindings, fullscreen::VERTICES)],
             ..FramePass::default()
         });
-        StageLight { uniform, buffer, air_map }
+        FrameLight { number, uniform, buffer, air_map }
     }
 
-    /// A map of so many texels with the casters in it; without a size, a texel of depth 1.
+    /// A shadow map of `size` texels along a side with the casters in it; without a size, one texel of depth 1.
     fn map(
         &mut self,
         label: String,
-        program: fn() -> Arc<nephroid_pipeline::shader::Program>,
+        program: fn() -> Arc<Program>,
         light: BufferId,
         (size, casters): (Option<u32>, &[&ReceiverGroup]),
     ) -> TextureId {
@@ -90,7 +115,7 @@ impl Stage {
     }
 }
 
-/// A light as shaders see it.
+/// A light for shaders.
 fn light_uniform(scene: &Scene, light: &Light, receivers: &Receivers) -> LightUniform {
     let water = scene.water.as_ref();
     let level = water.map_or(0.0, |w| w.level_m);
@@ -124,7 +149,8 @@ fn light_uniform(scene: &Scene, light: &Light, receivers: &Receivers) -> LightUn
     }
 }
 
-/// The light's view of everything: parallel for parallel light, otherwise from its place towards the middle.
+/// Clip space of the light's map through air, around all of `bounds`: orthographic for directional light, otherwise a perspective from the
+/// light's position towards the middle.
 fn light_matrix(light: &Light, bounds: Aabb) -> Mat4 {
     let centre = bounds.center();
     let radius = (bounds.size().length() * 0.5).max(1.0e-3);

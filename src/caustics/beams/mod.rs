@@ -1,0 +1,80 @@
+//! Generators and their refracted rays: one beam per triangle of the water mesh and light [SF05 §3.2, BO §3.2].
+//!
+//! `refract` makes beams, `geometry` (with its twin in WGSL) says where they are, `audit` adds up what they carry.
+
+mod audit;
+pub mod geometry;
+mod refract;
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
+
+pub use audit::audit;
+pub use geometry::comes_first;
+pub use refract::light_beams;
+
+/// Stands in [`LightBeams::of_triangle`] for a triangle without a beam.
+pub const NONE: u32 = u32::MAX;
+
+/// How the flux of a beam follows from the light at its generator. E⊥ is the irradiance across the light, T the transmittance of the surface,
+/// ω the light's direction, n and A normal and area of the triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FluxModel {
+    /// `E⊥·|ω·n|·A·T`, with E⊥ and T the means of the vertices: conserves energy.
+    Conserved,
+    /// `E⊥·T·A`, with T that of the mean surface: no cosine [SF05 §3.4].
+    FlatTransmittance,
+    /// `E⊥·T·A`, with T the mean of the vertices: no cosine [BO §3.1].
+    OwnTransmittance,
+}
+
+/// A beam, or caustic volume: the light that goes through one triangle of the water mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Beam {
+    /// Generator triangle, metres. w is 1 if the edge i → i+1 starts at the end that both of its beams evaluate it from (see [`comes_first`]),
+    /// otherwise −1.
+    pub g: [Vec4; 3],
+    /// Refracted rays per metre of depth: x, length of the ray, z; w is the vertex's transmittance over the mean of the three.
+    pub d: [Vec4; 3],
+    /// Flux by [`FluxModel`], W, linear RGB; w is the generator's area, m².
+    pub flux: Vec4,
+}
+
+/// What became of a light's energy at the surface, in watts summed over RGB.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SurfaceEnergy {
+    /// Arrived at the water.
+    pub incident: f64,
+    /// Reflected by Fresnel's law.
+    pub reflected: f64,
+    /// Entered the water.
+    pub entered: f64,
+    /// Arrived at triangles that face away from the light, or whose rays do not go down.
+    pub grazing: f64,
+}
+
+impl SurfaceEnergy {
+    fn add(&mut self, other: &Self) {
+        self.incident += other.incident;
+        self.reflected += other.reflected;
+        self.entered += other.entered;
+        self.grazing += other.grazing;
+    }
+}
+
+/// A light's beams through a water surface.
+#[derive(Clone, Debug, Default)]
+pub struct LightBeams {
+    /// In the order of the mesh's triangles, without those that carry no light.
+    pub beams: Vec<Beam>,
+    /// Per triangle of the mesh, the number of its beam; [`NONE`] for triangles that carry no light.
+    pub of_triangle: Vec<u32>,
+    /// Per vertex of a water mesh, its position (m) and its refracted ray per metre of depth, as in [`Beam`]; both are NaN where there is no
+    /// ray. Empty for beams of other generators.
+    pub vertex_rays: Vec<[Vec4; 2]>,
+    /// Energy at the surface.
+    pub energy: SurfaceEnergy,
+    /// Triangles without a beam.
+    pub dark: u64,
+}

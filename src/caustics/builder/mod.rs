@@ -1,0 +1,145 @@
+//! The frame that all techniques share: what the camera sees of the receivers, each light's maps and direct light, and the picture.
+//!
+//! [`FrameBuilder::new`] draws the receivers, [`FrameBuilder::lights`] runs the loop over lights, in which a technique adds its own passes, and
+//! [`FrameBuilder::finish`] turns the technique's [`Contributions`] into the picture and its layers.
+//!
+//! | File | What |
+//! |---|---|
+//! | `view` | how the eye sees the scene: [`ViewOptions`], refraction of the eye, the camera's uniform |
+//! | `geometry` | pass `geometry_buffer`: position, normal and albedo of what each pixel sees |
+//! | `light` | passes `shadow_map_air N`, `shadow_map_water N`, `light N` |
+//! | `targets` | the textures that caustic light is summed in |
+//! | `picture` | passes `shade` and `picture` |
+//! | `state` | pipeline state that passes share |
+
+mod geometry;
+pub mod light;
+mod picture;
+pub mod state;
+pub mod targets;
+pub mod view;
+
+use std::sync::Arc;
+
+use crate::Receivers;
+use crate::passes::camera::CameraUniform;
+use nephroid_pipeline::frame::{BufferId, Frame, PipelineId, TextureId};
+use nephroid_pipeline::shader::Program;
+use nephroid_pipeline::state::{DepthStencilState, TextureFormat};
+use nephroid_pipeline::{Buffer, RenderPipelineDescriptor, TextureDescriptor};
+use nephroid_scene::Scene;
+use nephroid_scene::water::HeightField;
+
+pub use light::FrameLight;
+pub use picture::Contributions;
+pub use targets::CausticTargets;
+pub use view::{ViewOptions, cut_level, eye_is_under_water};
+
+/// Builds a frame.
+///
+/// All targets have the size of the picture times [`ViewOptions::samples`], plus [`Self::margin`] on each side.
+pub struct FrameBuilder<'a> {
+    /// The frame so far.
+    pub frame: Frame,
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its receivers.
+    pub receivers: &'a Receivers,
+    /// The water surface, if there is water.
+    pub water: Option<&'a HeightField>,
+    /// How the eye sees the scene.
+    pub view: ViewOptions,
+    /// Width and height of the targets, samples.
+    pub size: (u32, u32),
+    /// Samples beyond each edge of the picture.
+    pub margin: u32,
+    /// The camera.
+    pub camera: CameraUniform,
+    /// Uniform buffer with the camera.
+    pub camera_buffer: BufferId,
+    /// World position, m; w is 1 + [`crate::passes::geometry_buffer::MaterialKind`], 0 where there is no receiver.
+    pub position: TextureId,
+    /// Unit normal towards the eye.
+    pub normal: TextureId,
+    /// Albedo.
+    pub albedo: TextureId,
+    /// Depth of the receivers, with a stencil if [`ViewOptions::stencil`] is set.
+    pub depth: TextureId,
+    /// Format of the depth texture.
+    pub depth_format: TextureFormat,
+    /// Direct irradiance, W/m², summed over the lights drawn so far.
+    pub direct: TextureId,
+    /// Visibility under water of the light drawn last, 0 to 1.
+    pub visibility: TextureId,
+    /// The picture: radiance, W/(m² sr).
+    pub color: TextureId,
+    vertices: BufferId,
+    indices: BufferId,
+}
+
+impl<'a> FrameBuilder<'a> {
+    /// Starts a frame with the pass `geometry_buffer`.
+    #[must_use]
+    pub fn new(scene: &'a Scene, receivers: &'a Receivers, water: Option<&'a HeightField>, view: &ViewOptions) -> Self {
+        let eye = view::Eye::new(scene, view);
+        let size = eye.size;
+        let depth_format = if view.stencil { TextureFormat::Depth32FloatStencil8 } else { TextureFormat::Depth32Float };
+        let mut frame = Frame::default();
+        let mut target = |label: &str, format| frame.texture(TextureDescriptor::d2(label, size.0, size.1, format));
+        let position = target("position", TextureFormat::Rgba32Float);
+        let normal = target("normal", TextureFormat::Rgba32Float);
+        let albedo = target("albedo", TextureFormat::Rgba32Float);
+        let depth = target("depth", depth_format);
+        let direct = target("direct", TextureFormat::Rgba32Float);
+        let visibility = target("visibility", TextureFormat::R32Float);
+        let color = target("color", TextureFormat::Rgba32Float);
+        let camera_buffer = frame.buffer("camera", Arc::new(Buffer::from_value(&eye.camera)));
+        let vertices = frame.buffer("receivers", receivers.vertices.clone());
+        let indices = frame.buffer("receiver indices", receivers.indices.clone());
+        let mut builder = Self {
+            frame,
+            scene,
+            receivers,
+            water,
+            view: *view,
+            size,
+            margin: eye.margin,
+            camera: eye.camera,
+            camera_buffer,
+            position,
+            normal,
+            albedo,
+            depth,
+            depth_format,
+            direct,
+            visibility,
+            color,
+            vertices,
+            indices,
+        };
+        builder.geometry_buffer();
+        builder
+    }
+
+    /// Adds a texture of the targets' size.
+    pub fn target(&mut self, label: &str, format: TextureFormat) -> TextureId {
+        self.frame.texture(TextureDescriptor::d2(label, self.size.0, self.size.1, format))
+    }
+
+    /// Adds a buffer of one struct.
+    pub fn uniform<T: bytemuck::NoUninit>(&mut self, label: &str, value: &T) -> BufferId {
+        self.frame.buffer(label, Arc::new(Buffer::from_value(value)))
+    }
+
+    /// Adds a pipeline for a pass over every pixel.
+    pub fn fullscreen(
+        &mut self,
+        label: &str,
+        program: Arc<Program>,
+        formats: &[TextureFormat],
+        depth_stencil: Option<DepthStencilState>,
+    ) -> PipelineId {
+        let targets = formats.iter().map(|&format| state::target(format, None)).collect();
+        self.frame.pipeline(RenderPipelineDescriptor { targets, depth_stencil, ..RenderPipelineDescriptor::new(label, program) })
+    }
+}

@@ -1,0 +1,168 @@
+//! From irradiance to the picture: receivers, sky, the water surface in front of them, and light scattered along the way.
+
+use std::sync::Arc;
+
+use crate::passes::environment::EnvironmentUniform;
+use crate::passes::water_surface::{self, WaterVertex};
+use crate::passes::{fullscreen, in_scattering, shade};
+use crate::{LayerRead, LayerSource, TechniqueFrame};
+use glam::Vec3;
+use nephroid_pipeline::frame::{BindEntry, BufferId, DepthTarget, FrameDraw, FramePass, TextureId};
+use nephroid_pipeline::state::{ADDITIVE, CompareFunction, DepthBiasState, TextureFormat};
+use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
+use nephroid_scene::water::HeightField;
+use nephroid_scene::{EyeRefraction, Scene};
+
+use super::FrameBuilder;
+use super::state::{clear, depth_state, target};
+
+/// What a technique adds to the picture. All textures have the size of the builder's targets.
+#[derive(Clone, Debug)]
+pub struct Contributions {
+    /// Caustic irradiance of what each sample sees, W/m², linear RGB: layer `caustic_irradiance`.
+    pub irradiance: TextureId,
+    /// Caustic light that the medium scatters towards the eye, summed along the eye's path, W/(m² sr), linear RGB: layer `godrays`. It is added
+    /// after surface radiance has been attenuated, so it must be attenuated already. The water's mean in-scattering, which has no caustics
+    /// (`EnvironmentUniform::inscatter`), stays in the picture.
+    pub in_scattered: Option<TextureId>,
+    /// The technique's own layers.
+    pub layers: Vec<LayerSource>,
+}
+
+impl Contributions {
+    /// Irradiance alone.
+    #[must_use]
+    pub fn new(irradiance: TextureId) -> Self {
+        Self { irradiance, in_scattered: None, layers: Vec::new() }
+    }
+}
+
+impl FrameBuilder<'_> {
+    /// Adds the passes `shade` and `picture`, and names the layers. Audit, counters and times are left empty.
+    #[must_use]
+    pub fn finish(mut self, contributions: Contributions) -> TechniqueFrame {
+        let environment = self.uniform("environment", &environment_uniform(self.scene));
+        let radiance = self.shade(environment, contributions.irradiance);
+        self.picture(environment, radiance, contributions.in_scattered);
+        TechniqueFrame {
+            layers: self.layers(contributions),
+            frame: self.frame,
+            margin: self.margin,
+            samples: self.view.samples,
+            audit: Vec::new(),
+            counters: Vec::new(),
+            seconds: Vec::new(),
+        }
+    }
+
+    /// Irradiance to the radiance of what each sample sees.
+    fn shade(&mut self, environment: BufferId, caustic: TextureId) -> TextureId {
+        let radiance = self.target("radiance", TextureFormat::Rgba32Float);
+        let bindings = self.frame.bind_group(vec![
+            BindEntry::Uniform(self.camera_buffer, 0),
+            BindEntry::Uniform(environment, 0),
+            BindEntry::texture(self.position),
+            BindEntry::texture(self.normal),
+            BindEntry::texture(self.albedo),
+            BindEntry::texture(self.direct),
+            BindEntry::texture(caustic),
+        ]);
+        let pipeline = self.fullscreen("shade", shade::program(), &[TextureFormat::Rgba32Float], None);
+        self.frame.passes.push(FramePass {
+            label: "shade".into(),
+            color: vec![clear(radiance)],
+            draws: vec![FrameDraw::new(pipeline, bindings, fullscreen::VERTICES)],
+            ..FramePass::default()
+        });
+        radiance
+    }
+
+    /// Sky and receivers, the water surface tested against the receivers' depth, and in-scattered radiance added over everything.
+    fn picture(&mut self, environment: BufferId, radiance: TextureId, in_scattered: Option<TextureId>) {
+        let entries = vec![
+            BindEntry::Uniform(self.camera_buffer, 0),
+            BindEntry::Uniform(environment, 0),
+            BindEntry::texture(self.position),
+            BindEntry::texture(radiance),
+        ];
+        let mut draws = vec![self.background_draw(entries.clone())];
+        draws.extend(self.water.map(|water| self.water_draw(water, entries)));
+        draws.extend(in_scattered.map(|texture| self.in_scattering_draw(texture)));
+        self.frame.passes.push(FramePass {
+            label: "picture".into(),
+            color: vec![clear(self.color)],
+            depth: Some(DepthTarget { view: self.depth.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Load }),
+            draws,
+            ..FramePass::default()
+        });
+    }
+
+    fn background_draw(&mut self, entries: Vec<BindEntry>) -> FrameDraw {
+        let bindings = self.frame.bind_group(entries);
+        let untested = depth_state(self.depth_format, CompareFunction::Always, false, DepthBiasState::default());
+        let pipeline = self.fullscreen("background", water_surface::background_program(), &[TextureFormat::Rgba32Float], Some(untested));
+        FrameDraw::new(pipeline, bindings, fullscreen::VERTICES)
+    }
+
+    fn water_draw(&mut self, field: &HeightField, mut entries: Vec<BindEntry>) -> FrameDraw {
+        let vertices: Vec<WaterVertex> = field
+            .positions_ws()
+            .iter()
+            .zip(&field.normals_ws)
+            .map(|(p, n)| WaterVertex { position_ws: p.extend(1.0), normal_ws: n.extend(0.0) })
+            .collect();
+        let indices = field.triangle_indices();
+        let vertices = self.frame.buffer("water surface", Arc::new(Buffer::from_slice(&vertices)));
+        let count = indices.len() as u32;
+        let indices = self.frame.buffer("water surface indices", Arc::new(Buffer::from_slice(&indices)));
+        entries.push(BindEntry::Storage(vertices));
+        let bindings = self.frame.bind_group(entries);
+        let snell = self.view.eye_refraction == EyeRefraction::Snell;
+        let pipeline = self.frame.pipeline(RenderPipelineDescriptor {
+            targets: vec![target(TextureFormat::Rgba32Float, None)],
+            depth_stencil: Some(depth_state(self.depth_format, CompareFunction::LessEqual, true, DepthBiasState::default())),
+            ..RenderPipelineDescriptor::new("water_surface", water_surface::surface_program(snell))
+        });
+        FrameDraw::new(pipeline, bindings, 0..count).indexed(indices)
+    }
+
+    fn in_scattering_draw(&mut self, in_scattered: TextureId) -> FrameDraw {
+        let bindings = self.frame.bind_group(vec![BindEntry::texture(in_scattered)]);
+        let pipeline = self.frame.pipeline(RenderPipelineDescriptor {
+            targets: vec![target(TextureFormat::Rgba32Float, Some(ADDITIVE))],
+            depth_stencil: Some(depth_state(self.depth_format, CompareFunction::Always, false, DepthBiasState::default())),
+            ..RenderPipelineDescriptor::new("in_scattering", in_scattering::program())
+        });
+        FrameDraw::new(pipeline, bindings, fullscreen::VERTICES)
+    }
+
+    /// The layers that every technique has, those of the contributions, and the technique's own.
+    fn layers(&self, contributions: Contributions) -> Vec<LayerSource> {
+        let axis = self.scene.camera.forward_ws();
+        let source = |name, texture, channels, read| LayerSource { name, texture, channels, read };
+        let mut layers = vec![
+            source("color", self.color, 3, LayerRead::Mean),
+            source("depth", self.position, 1, LayerRead::Depth(self.scene.camera.position_ws(), axis)),
+            source("normal", self.normal, 3, LayerRead::Nearest),
+            source("position", self.position, 3, LayerRead::Nearest),
+            source("albedo", self.albedo, 3, LayerRead::Mean),
+            source("direct", self.direct, 3, LayerRead::Mean),
+            source("caustic_irradiance", contributions.irradiance, 3, LayerRead::Mean),
+            source("shadow", self.visibility, 1, LayerRead::Mean),
+        ];
+        layers.extend(contributions.in_scattered.map(|texture| source("godrays", texture, 3, LayerRead::Mean)));
+        layers.extend(contributions.layers);
+        layers
+    }
+}
+
+/// Sky, medium, and what lights scatter in the water.
+fn environment_uniform(scene: &Scene) -> EnvironmentUniform {
+    let ior = scene.water.as_ref().map_or(1.0, |w| w.ior);
+    let on_water = scene.water.as_ref().map_or(Vec3::ZERO, |water| {
+        let middle = (water.min_ws() + water.max_ws()) * 0.5;
+        let at = Vec3::new(middle.x, water.level_m, middle.y);
+        scene.lights.iter().map(|l| l.incident(at)).map(|i| i.irradiance * (-i.direction_ws.y).max(0.0)).sum()
+    });
+    EnvironmentUniform::new(&scene.environment, &scene.lights, &scene.medium, ior, on_water)
+}

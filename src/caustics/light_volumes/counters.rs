@@ -1,0 +1,97 @@
+//! Counters and times of a frame, over all lights.
+
+use crate::Receivers;
+use crate::beams::{self, LightBeams};
+
+use super::cull::{ClampedBeam, CullStatistics};
+use super::shadow::Shadowed;
+use super::slices;
+
+/// Counters of a frame.
+#[derive(Default)]
+pub struct Counters {
+    /// Culling and clamping.
+    pub culling: CullStatistics,
+    /// Draws of beams.
+    pub draws: u64,
+    /// Shadow queries.
+    pub queries: u64,
+    /// Leaves culled in shadow.
+    pub leaves_culled: u64,
+    /// Beams in these leaves.
+    pub beams_shadowed: u64,
+    /// Receivers' boxes of which the eye sees nothing.
+    pub boxes_hidden: u64,
+    /// Flux of the beams culled in shadow, W summed over RGB.
+    pub shadowed_w: f64,
+}
+
+impl Counters {
+    /// Adds a light's numbers.
+    pub fn add(&mut self, beams: &LightBeams, shadowed: &Shadowed, culling: &CullStatistics, accepted: &[ClampedBeam]) {
+        self.culling.add(culling);
+        self.draws += accepted.iter().map(|beam| 2 * slices::runs(beam.slabs).count() as u64).sum::<u64>();
+        self.queries += shadowed.queries();
+        self.leaves_culled += shadowed.leaves;
+        for (triangle, _) in shadowed.triangles.iter().enumerate().filter(|(_, culled)| **culled) {
+            let beam = beams.of_triangle[triangle];
+            if beam != beams::NONE {
+                self.beams_shadowed += 1;
+                self.shadowed_w += beams.beams[beam as usize].flux.truncate().as_dvec3().element_sum();
+            }
+        }
+    }
+
+    /// All counters by name.
+    #[must_use]
+    pub fn named(&self, receivers: &Receivers, beams: &[LightBeams]) -> Vec<(String, u64)> {
+        let CullStatistics { out_of_view, missed, clamped, drawn, beam_tests, node_tests } = self.culling;
+        [
+            ("receiver_triangles", receivers.triangles),
+            ("beams", beams.iter().map(|l| l.beams.len() as u64).sum()),
+            ("beams_dark", beams.iter().map(|l| l.dark).sum()),
+            ("beams_in_shadow", self.beams_shadowed),
+            ("beams_out_of_view", out_of_view),
+            ("beams_that_miss", missed),
+            ("beams_clamped", clamped),
+            ("beams_drawn", drawn),
+            ("beam_draws", self.draws),
+            ("beam_tests", beam_tests),
+            ("node_tests", node_tests),
+            ("shadow_queries", self.queries),
+            ("leaves_culled", self.leaves_culled),
+            ("boxes_hidden", self.boxes_hidden),
+        ]
+        .map(|(name, count)| (name.to_owned(), count))
+        .to_vec()
+    }
+}
+
+/// Seconds that the parts of frame building took.
+#[derive(Default)]
+pub struct Seconds {
+    /// Making beams.
+    pub beams: f64,
+    /// Occlusion queries.
+    pub queries: f64,
+    /// Culling, and fitting the hierarchy to the beams.
+    pub culling: f64,
+    /// Making draws.
+    pub draws: f64,
+}
+
+impl Seconds {
+    /// All times by name.
+    #[must_use]
+    pub fn named(&self) -> Vec<(&'static str, f64)> {
+        vec![("beams", self.beams), ("queries", self.queries), ("culling", self.culling), ("draws", self.draws)]
+    }
+}
+
+/// Adds the time that `work` takes to a sum.
+pub fn timed<R>(clock: fn() -> f64, sum: &mut f64, work: impl FnOnce() -> R) -> R {
+    let start = clock();
+    let result = work();
+    *sum += clock() - start;
+    result
+}

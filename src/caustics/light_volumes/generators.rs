@@ -1,0 +1,101 @@
+//! What makes beams in a frame: the water surface, or mirrors and glass.
+
+use nephroid_scene::water::HeightField;
+use nephroid_scene::{LightVolumes, Radiometry, Scene};
+
+use crate::beams::{self, FluxModel, LightBeams};
+use crate::{Receivers, RenderError};
+
+use super::MAX_BEAMS;
+use super::hierarchy::Span;
+use super::specular::{self, Specular};
+
+/// Generators of a frame, with what their beams depend on.
+pub struct Generators<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The technique's settings.
+    pub settings: &'a LightVolumes,
+    /// Receivers, which the beams end below.
+    pub receivers: &'a Receivers,
+    /// The water surface.
+    pub field: Option<&'a HeightField>,
+    /// Mirrors and glass; used if there is no water.
+    pub specular: Option<&'a Specular>,
+}
+
+/// A light's beams, and how they are sliced and grouped.
+pub struct GeneratedBeams {
+    /// The beams.
+    pub beams: LightBeams,
+    /// Heights of the generators and of the lowest plane.
+    pub span: Span,
+    /// Height of the first slicing plane, m: the mean level of the generators.
+    pub level: f32,
+    /// Columns and rows of vertices of the mesh that has two triangles for each cell.
+    pub grid: (u32, u32),
+    /// Trees along columns and rows.
+    pub buckets: (u32, u32),
+    /// How often each tree is cut.
+    pub levels: u32,
+}
+
+impl Generators<'_> {
+    /// Whether the scene has no generators.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.field.is_none() && self.specular.is_none()
+    }
+
+    /// The beams of a light; `None` if the scene has no generators.
+    ///
+    /// # Errors
+    /// If mirrors and glass make more beams than [`MAX_BEAMS`].
+    pub fn beams_of(&self, number: usize) -> Result<Option<GeneratedBeams>, RenderError> {
+        let settings = self.settings;
+        let light = &self.scene.lights[number];
+        if let (Some(field), Some(water)) = (self.field, &self.scene.water) {
+            let flux_model = match settings.radiometry {
+                Radiometry::Physical => FluxModel::Conserved,
+                Radiometry::Paper => FluxModel::OwnTransmittance,
+            };
+            let beams = beams::light_beams(field, light, water.ior, flux_model);
+            let heights = field.heights_ws.iter().fold((water.level_m, water.level_m), |(low, high), &y| (low.min(y), high.max(y)));
+            let span = self.span(heights);
+            let (grid, buckets, levels) = ((field.columns, field.rows), settings.buckets, settings.levels);
+            return Ok(Some(GeneratedBeams { beams, span, level: water.level_m, grid, buckets, levels }));
+        }
+        let Some(specular) = self.specular else { return Ok(None) };
+        let beams = specular.beams(light, settings.radiometry)?;
+        let heights = beams.beams.iter().flat_map(|beam| beam.g.map(|g| g.y));
+        let heights = heights.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
+        let span = self.span(if beams.beams.is_empty() { (0.0, 0.0) } else { heights });
+        // One row of cells: a tree over a space-filling curve, cut in two twice where a quadtree is cut in four.
+        let grid = (specular::cells(&beams) + 1, 2);
+        let buckets = (settings.buckets.0 * settings.buckets.1, 1);
+        Ok(Some(GeneratedBeams { beams, span, level: span.top_y, grid, buckets, levels: 2 * settings.levels }))
+    }
+
+    /// Heights that the beams span, from the least and the greatest height of the generators.
+    fn span(&self, (low, high): (f32, f32)) -> Span {
+        let bounds = self.receivers.bounds;
+        let floor = if bounds.is_empty() { low } else { bounds.min.y.min(low) };
+        // A body needs some height, even with nothing below it.
+        let bottom_y = floor - self.settings.depth_below_floor_m.max(1.0e-3 * (1.0 + high.abs()));
+        Span { top_y: high, trough_y: low, bottom_y }
+    }
+}
+
+/// Refuses a water mesh of more than [`MAX_BEAMS`] triangles before anything is made of it.
+///
+/// # Errors
+/// [`RenderError::TooManyBeams`].
+pub fn check_mesh(scene: &Scene, settings: &LightVolumes) -> Result<(), RenderError> {
+    let Some(water) = &scene.water else { return Ok(()) };
+    let (columns, rows) = settings.grid.unwrap_or(water.grid);
+    let triangles = 2 * (u64::from(columns) - 1) * (u64::from(rows) - 1);
+    if triangles > MAX_BEAMS {
+        return Err(RenderError::TooManyBeams { columns, rows, triangles, limit: MAX_BEAMS });
+    }
+    Ok(())
+}

@@ -1,0 +1,156 @@
+//! The programs: beams swept through the slicing planes, counted in the stencil, then drawn with the light they carry [BO §3.2].
+//!
+//! A vertex shader makes the vertices of every beam from one array of dummy vertices; the beam is in a uniform. The draw that counts and the draw
+//! that adds light run the same program, so their vertices have the same bits on any driver; the first masks its colours.
+//!
+//! | File, with its twin in WGSL | What |
+//! |---|---|
+//! | `section` | vertices of a beam's sections on the slicing planes |
+//! | `lit` | light at the generator, and the area that it is spread over |
+//! | `face`, `receiver` | light computed at the faces of a beam, or at the height of the receiver |
+//! | `contribution` | what a beam adds to the targets |
+//! | `relight` | sums of intensities or vectors to irradiance |
+
+mod contribution;
+mod face;
+mod lit;
+mod receiver;
+mod relight;
+mod section;
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
+
+use crate::beams::Beam;
+use crate::passes::camera::CameraUniform;
+use crate::passes::fullscreen::FullscreenVertex;
+use crate::passes::shadow_map::LightUniform;
+use nephroid_pipeline::BindingKind;
+use nephroid_pipeline::shader::{Interpolation, Program, Varying};
+use nephroid_scene::{EnergyAt, Gather, Radiometry};
+
+use super::slices::SliceVertex;
+use face::{FragmentAtFace, VertexAtFace};
+use receiver::{FragmentAtReceiver, VertexAtReceiver};
+use relight::Relight;
+
+pub use relight::to_light;
+
+/// What all beams of a light share.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct BeamsUniform {
+    /// Extinction coefficient, 1/m; 0 in paper radiometry. w is 1 if objects under water cast shadows.
+    pub sigma_t: Vec4,
+    /// Mean level of the water, m; distance between planes, m; number of slabs; 1 if vertices are looked up in the shadow map.
+    pub planes: Vec4,
+}
+
+/// A beam in the buffer of dynamic uniforms, whose offsets are multiples of 256 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct BeamSlot {
+    /// The beam.
+    pub beam: Beam,
+    padding: [Vec4; 9],
+}
+
+impl BeamSlot {
+    /// A beam in its slot.
+    #[must_use]
+    pub fn new(beam: Beam) -> Self {
+        Self { beam, padding: [Vec4::ZERO; 9] }
+    }
+}
+
+/// The light of a `relight` pass.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct RelightUniform {
+    /// Direction towards the light under still water: a unit vector (paper), or per unit of height (physical). w is 1 if vectors are summed, 0 if
+    /// intensities are.
+    pub to_light: Vec4,
+}
+
+/// Bindings of the beams' programs: camera, beams, light, slices, the beam, shadow map, comparison sampler, position, normal, visibility.
+pub const BINDINGS: [BindingKind; 10] = [
+    BindingKind::Uniform(size_of::<CameraUniform>()),
+    BindingKind::Uniform(size_of::<BeamsUniform>()),
+    BindingKind::Uniform(size_of::<LightUniform>()),
+    BindingKind::Storage(size_of::<SliceVertex>()),
+    BindingKind::DynamicUniform(size_of::<Beam>()),
+    BindingKind::Texture,
+    BindingKind::Sampler,
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+];
+
+/// Bindings of the relighting program: light, normal, position, three sums.
+pub const RELIGHT_BINDINGS: [BindingKind; 6] = [
+    BindingKind::Uniform(size_of::<RelightUniform>()),
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+];
+
+/// The program that counts and draws beams.
+///
+/// Targets: irradiance, or the sum of intensities, or that of vectors by red, green and blue light (three targets); then the sum of irradiance
+/// times direction, and the number of beams.
+#[must_use]
+pub fn beam_program(radiometry: Radiometry, gather: Gather, energy: EnergyAt) -> Arc<Program> {
+    let varying = |name, interpolation| Varying { name, components: 3, interpolation };
+    let paper = radiometry == Radiometry::Paper;
+    let flag = |on| f64::from(u8::from(on));
+    let constants = vec![("paper", flag(paper)), ("gather", f64::from(gather as u8))];
+    let shared = BINDINGS.to_vec();
+    Arc::new(match energy {
+        EnergyAt::Face => Program {
+            bindings: shared,
+            varyings: vec![varying("intensity", Interpolation::Perspective), varying("ray", Interpolation::Perspective)],
+            wgsl: Some(concat!(
+                include_str!("../../../math/optics.wgsl"),
+                include_str!("../../passes/camera.wgsl"),
+                include_str!("../../passes/shadow_map.wgsl"),
+                include_str!("../../beams/geometry.wgsl"),
+                include_str!("section.wgsl"),
+                include_str!("lit.wgsl"),
+                include_str!("contribution.wgsl"),
+                include_str!("face.wgsl")
+            )),
+            wgsl_constants: constants,
+            ..Program::new("light_volume_face", VertexAtFace, FragmentAtFace { paper, gather })
+        },
+        EnergyAt::Receiver => Program {
+            bindings: shared,
+            varyings: vec![varying("lit", Interpolation::Flat)],
+            wgsl: Some(concat!(
+                include_str!("../../../math/optics.wgsl"),
+                include_str!("../../passes/camera.wgsl"),
+                include_str!("../../passes/shadow_map.wgsl"),
+                include_str!("../../beams/geometry.wgsl"),
+                include_str!("section.wgsl"),
+                include_str!("lit.wgsl"),
+                include_str!("contribution.wgsl"),
+                include_str!("receiver.wgsl")
+            )),
+            wgsl_constants: constants,
+            ..Program::new("light_volume_receiver", VertexAtReceiver, FragmentAtReceiver { paper, gather })
+        },
+    })
+}
+
+/// The program that turns sums of intensities or vectors into irradiance.
+#[must_use]
+pub fn relight_program() -> Arc<Program> {
+    Arc::new(Program {
+        bindings: RELIGHT_BINDINGS.to_vec(),
+        wgsl: Some(concat!(include_str!("../../passes/fullscreen.wgsl"), include_str!("relight.wgsl"))),
+        ..Program::new("light_volume_relight", FullscreenVertex, Relight)
+    })
+}
