@@ -6,7 +6,7 @@ use crate::{Gpu, GpuError, GpuFrame, Vertices};
 use nephroid_pipeline::frame::cpu::{initial_textures, pipelines, run_frame_pass};
 use nephroid_pipeline::frame::{Frame, FrameError, View};
 use nephroid_pipeline::state::RasterRules;
-use nephroid_pipeline::{ChannelKind, Device, Surface, Texture};
+use nephroid_pipeline::{Device, Surface, Texture};
 
 /// Attachments after a drawing.
 #[derive(Clone, Debug)]
