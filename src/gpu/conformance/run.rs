@@ -89,7 +89,7 @@ fn add_difference(report: &mut CaseReport, expected: &Image, actual: &Image, tol
         let difference = compare(texture.info(), e, a, 0.0);
         report.differing += difference.differing;
         // A step of 1/255 is the unit of 8-bit colours.
-        let max_ulp = if matches!(texture.info().kind, ChannelKind::Unorm8) { greatest_step(e, a) } else { difference.max_ulp };
+        let max_ulp = if texture.info().kind == ChannelKind::Unorm8 { greatest_step(e, a) } else { difference.max_ulp };
         report.max_ulp = report.max_ulp.max(max_ulp);
         report.max_relative = report.max_relative.max(difference.worst.map_or(0.0, |pixel| pixel.error));
     }
