@@ -28,4 +28,5 @@ mod rooms;
 mod sprites;
 mod stages;
 mod textures;
+mod validation;
 mod volumes;

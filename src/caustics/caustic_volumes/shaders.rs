@@ -44,8 +44,8 @@ pub const BINDINGS: [BindingKind; 9] = [
     BindingKind::Texture,
     BindingKind::Texture,
     BindingKind::Texture,
-    BindingKind::Texture,
-    BindingKind::Sampler,
+    BindingKind::DepthTexture,
+    BindingKind::ComparisonSampler,
 ];
 
 /// Smallest cross-section that light is spread over, as a share of the generator: keeps a focus finite.
