@@ -12,8 +12,8 @@ use super::resources::{Resources, attachment_view};
 use super::stream::Streamed;
 use super::twin::{PULLED_GROUP, TextureUse, VertexSource};
 use nephroid_pipeline::frame::{
-    AttachmentView, BindEntry, BufferId, Contents, Frame, FrameDraw, FrameError, FramePass, PipelineId, TextureId, TextureView,
-    check_references, cleared_first, target_size,
+    AttachmentView, BindEntry, BindGroupProblem, BufferId, Contents, Frame, FrameDraw, FrameError, FramePass, PipelineId, TextureId,
+    TextureView, check_references, cleared_first, target_size,
 };
 use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::state::{MAX_COLOR_TARGETS, PixelRect, PrimitiveTopology, Viewport};
@@ -197,9 +197,10 @@ impl<'f> GpuFrame<'f> {
     ) -> Result<wgpu::BindGroup, GpuError> {
         let described = &self.frame.bind_groups[draw.bind_group.index()];
         let kinds = &self.frame.pipelines[draw.pipeline.index()].program.bindings;
-        let missing = |number: u32| FrameError::Reference {
-            pass: String::new(),
-            what: format!("binding {number} of bind group {} is not there", draw.bind_group.index()),
+        let missing = |number: u32| FrameError::BindGroup {
+            group: draw.bind_group.index(),
+            binding: number as usize,
+            problem: BindGroupProblem::Missing,
         };
         let mut views = Vec::new();
         let mut samplers = Vec::new();

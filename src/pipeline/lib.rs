@@ -24,6 +24,15 @@ mod vendor;
 
 pub use api::bindings::{Binding, BindingKind, Bindings};
 pub use api::buffer::Buffer;
+pub use api::check::attachment::AttachmentProblem;
+pub use api::check::binding::{BindingProblem, BoundKind, MAX_UNIFORM_BYTES, STORAGE_SIZE_ALIGNMENT, UNIFORM_OFFSET_ALIGNMENT};
+pub use api::check::color_target::ColorTargetProblem;
+pub use api::check::depth_stencil::DepthStencilProblem;
+pub use api::check::draw::DrawProblem;
+pub use api::check::pass::PassError;
+pub use api::check::pipeline::{PipelineError, PipelineProblem};
+pub use api::check::sampler::SamplerError;
+pub use api::check::vertex_buffer::{MAX_ARRAY_STRIDE, MAX_VERTEX_ATTRIBUTES, MAX_VERTEX_BUFFERS, VERTEX_ALIGNMENT, VertexBufferProblem};
 pub use api::compare::compare;
 pub use api::draw::{Draw, IndexBuffer, VertexBuffer};
 pub use api::format::{
@@ -33,14 +42,16 @@ pub use api::format::{
 pub use api::implicit_lod::{Coordinates, FragmentPlace};
 pub use api::observer::{FragmentEvent, FragmentOutcome, Observer, PrimitiveEvent, PrimitiveOutcome};
 pub use api::pass::{ColorAttachment, DepthStencilAttachment, Pass, PassOutput, StreamOutTarget};
-pub use api::pass_check::PassError;
-pub use api::render_pipeline::{MAX_POINT_SIZE, PipelineError, RenderPipeline, RenderPipelineDescriptor};
+pub use api::pipeline_descriptor::{MAX_POINT_SIZE, RenderPipelineDescriptor};
+pub use api::render_pipeline::RenderPipeline;
 pub use api::resolved::PrimitiveClass;
 pub use api::state::LoadOp;
 pub use api::statistics::{PipelineStatistics, StreamOutStatistics};
 pub use api::surface::{Surface, TILE, TILE_PIXELS, offset_in_tile};
 pub use api::texture::Texture;
-pub use api::texture_descriptor::{MAX_SIZE, TextureDescriptor, TextureError, TextureShape, TextureViewDescriptor, ViewRange};
+pub use api::texture_descriptor::{
+    MAX_LAYERS, MAX_SIZE, MAX_VOLUME_SIZE, TextureDescriptor, TextureError, TextureShape, TextureViewDescriptor, ViewProblem, ViewRange,
+};
 pub use api::texture_view::{TextureView, TextureViewMut, Unattached};
 pub use api::{sampler, shader};
 pub use run::device::{Device, DeviceError, DeviceOptions};

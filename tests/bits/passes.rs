@@ -220,7 +220,7 @@ impl Recipe {
     fn targets(&self) -> Vec<Option<ColorTargetState>> {
         let over =
             BlendComponent { src_factor: BlendFactor::SrcAlpha, dst_factor: BlendFactor::OneMinusSrcAlpha, operation: BlendOperation::Add };
-        let most = BlendComponent { src_factor: BlendFactor::Constant, dst_factor: BlendFactor::Dst, operation: BlendOperation::Max };
+        let most = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Max };
         let states = [Some((ADD, over)), Some((over, most)), None];
         let target = |(i, format): (usize, &TextureFormat)| {
             let blend = states[i % 3].map(|(color, alpha)| BlendState { color, alpha });

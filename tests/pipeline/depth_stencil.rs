@@ -372,11 +372,11 @@ fn face(compare: CompareFunction, fail: StencilOperation, depth_fail: StencilOpe
 }
 
 fn stencil_state(format: TextureFormat, face: StencilFaceState, read_mask: u32, write_mask: u32) -> DepthStencilState {
-    let depth_compare = if format == TextureFormat::Stencil8 { None } else { Some(Always) };
+    let has_depth = format != TextureFormat::Stencil8;
     DepthStencilState {
         format,
-        depth_write_enabled: None,
-        depth_compare,
+        depth_write_enabled: has_depth.then_some(false),
+        depth_compare: has_depth.then_some(Always),
         stencil: StencilState { front: face, back: face, read_mask, write_mask },
         bias: DepthBiasState::default(),
     }

@@ -156,8 +156,8 @@ fn views_are_held_to_their_texture() {
     for view in wrong {
         assert!(matches!(texture.view_of(&view), Err(TextureError::View { .. })), "{view:?}");
     }
-    assert!(matches!(texture.split(&[(0, 6)]), Err(TextureError::Attachment { twice: false, .. })));
-    assert!(matches!(texture.split(&[(0, 5), (0, 5)]), Err(TextureError::Attachment { twice: true, .. })));
+    assert!(matches!(texture.split(&[(0, 6)]), Err(TextureError::NoSurface { level: 0, layer: 6, .. })));
+    assert!(matches!(texture.split(&[(0, 5), (0, 5)]), Err(TextureError::AttachedTwice { level: 0, layer: 5, .. })));
     let (attached, rest) = texture.split(&[(1, 5), (0, 2)]).expect("they exist");
     assert_eq!([attached[0].size(), attached[1].size()], [(2, 2), (4, 4)]);
     assert!(matches!(rest.view(&TextureViewDescriptor::default()), Err(TextureError::DrawnTo { level: 0, layer: 2, .. })));

@@ -31,4 +31,5 @@ mod rooms;
 mod sprites;
 mod stages;
 mod textures;
+mod validation;
 mod volumes;

@@ -302,13 +302,14 @@ fn stencil_of(beams: &[Beam], executor: &mut CpuExecutor) -> Vec<Vec<bool>> {
     let slots: Vec<BeamSlot> = beams.iter().map(|beam| BeamSlot::new(*beam)).collect();
     let buffer = |frame: &mut Frame, label: &str, data: Buffer| frame.buffer(label, Arc::new(data));
     let one = frame.texture(TextureDescriptor::d2("unused", 1, 1, TextureFormat::R32Float));
+    let map = frame.texture(TextureDescriptor::d2("unused map", 1, 1, TextureFormat::Depth32Float));
     let entries = vec![
         BindEntry::Uniform(buffer(&mut frame, "camera", Buffer::from_value(&camera)), 0),
         BindEntry::Uniform(buffer(&mut frame, "beams", Buffer::from_value(&BeamsUniform { sigma_t: Vec4::ZERO, planes: Vec4::ZERO })), 0),
         BindEntry::Uniform(buffer(&mut frame, "light", Buffer::from_value(&<LightUniform as bytemuck::Zeroable>::zeroed())), 0),
         BindEntry::Storage(frame.buffer("slices", slices.vertices.clone())),
         BindEntry::DynamicUniform(buffer(&mut frame, "slots", Buffer::from_slice(&slots))),
-        BindEntry::texture(one),
+        BindEntry::texture(map),
         BindEntry::Sampler(Sampler::comparison(CompareFunction::LessEqual)),
         BindEntry::texture(one),
         BindEntry::texture(one),

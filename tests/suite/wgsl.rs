@@ -129,8 +129,14 @@ fn binding_difference(module: &naga::Module, program: &Program) -> Option<String
             (BindingKind::Storage(size), naga::AddressSpace::Storage { .. }, naga::TypeInner::Array { stride, .. }) => {
                 *stride as usize == *size
             }
-            (BindingKind::Texture, naga::AddressSpace::Handle, naga::TypeInner::Image { .. })
-            | (BindingKind::Sampler, naga::AddressSpace::Handle, naga::TypeInner::Sampler { .. }) => true,
+            (BindingKind::Texture | BindingKind::DepthTexture, naga::AddressSpace::Handle, naga::TypeInner::Image { class, .. }) => {
+                matches!(class, naga::ImageClass::Depth { .. }) == (*kind == BindingKind::DepthTexture)
+            }
+            (
+                BindingKind::Sampler | BindingKind::ComparisonSampler,
+                naga::AddressSpace::Handle,
+                naga::TypeInner::Sampler { comparison },
+            ) => *comparison == (*kind == BindingKind::ComparisonSampler),
             _ => false,
         };
         (!fits || binding.group != 0)

@@ -45,8 +45,8 @@ pub const BINDINGS: [BindingKind; 9] = [
     BindingKind::Texture,
     BindingKind::Texture,
     BindingKind::Texture,
-    BindingKind::Texture,
-    BindingKind::Sampler,
+    BindingKind::DepthTexture,
+    BindingKind::ComparisonSampler,
 ];
 
 /// The program.

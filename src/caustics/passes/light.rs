@@ -20,9 +20,9 @@ pub const BINDINGS: [BindingKind; 7] = [
     BindingKind::Uniform(size_of::<LightUniform>()),
     BindingKind::Texture,
     BindingKind::Texture,
-    BindingKind::Texture,
-    BindingKind::Texture,
-    BindingKind::Sampler,
+    BindingKind::DepthTexture,
+    BindingKind::DepthTexture,
+    BindingKind::ComparisonSampler,
 ];
 
 /// The program; without shadows everything is lit.

@@ -13,7 +13,7 @@ pub enum Binding<'a> {
     Uniform {
         /// The bytes.
         buffer: &'a Buffer,
-        /// Byte offset, a multiple of 16.
+        /// Byte offset, a multiple of 256.
         offset: usize,
         /// Whether the draw's dynamic offset is added.
         dynamic: bool,
@@ -32,8 +32,8 @@ pub enum Binding<'a> {
 /// every program's [`BindingKind`]s and sizes with what is bound, so a shader of a validated pass never sees that.
 #[derive(Clone, Copy, Debug)]
 pub struct Bindings<'a> {
-    entries: &'a [Binding<'a>],
-    dynamic_offset: usize,
+    pub(crate) entries: &'a [Binding<'a>],
+    pub(crate) dynamic_offset: usize,
 }
 
 /// What a program expects at a binding number.
@@ -47,12 +47,16 @@ pub enum BindingKind {
     Storage(usize),
     /// A texture.
     Texture,
-    /// A sampler.
+    /// A texture with depth, for a comparison sampler.
+    DepthTexture,
+    /// A sampler that does not compare.
     Sampler,
+    /// A sampler that compares.
+    ComparisonSampler,
 }
 
 impl<'a> Bindings<'a> {
-    /// Bindings with the draw's dynamic offset in bytes, a multiple of 16.
+    /// Bindings with the draw's dynamic offset in bytes, a multiple of 256.
     #[must_use]
     pub fn new(entries: &'a [Binding<'a>], dynamic_offset: usize) -> Self {
         Self { entries, dynamic_offset }
@@ -104,35 +108,6 @@ impl<'a> Bindings<'a> {
             Binding::Sampler(sampler) => sampler,
             other => wrong_kind(binding, "sampler", other),
         }
-    }
-
-    /// What is wrong with these bindings for a program that expects `kinds`, in words, or `None`.
-    #[must_use]
-    pub fn mismatch(&self, kinds: &[BindingKind]) -> Option<String> {
-        if self.entries.len() < kinds.len() {
-            return Some(format!("{} bindings given, the program reads {}", self.entries.len(), kinds.len()));
-        }
-        kinds.iter().zip(self.entries).enumerate().find_map(|(number, (kind, entry))| {
-            let (have, need, fits_kind) = match (*kind, *entry) {
-                (BindingKind::Uniform(need), Binding::Uniform { buffer, offset, dynamic: false }) => {
-                    (buffer.len().saturating_sub(offset), need, offset % 16 == 0)
-                }
-                (BindingKind::DynamicUniform(need), Binding::Uniform { buffer, offset, dynamic: true }) => {
-                    let start = offset.saturating_add(self.dynamic_offset);
-                    (buffer.len().saturating_sub(start), need, start % 16 == 0)
-                }
-                (BindingKind::Storage(need), Binding::Storage(buffer)) => (buffer.len(), need, true),
-                (BindingKind::Texture, Binding::Texture(_)) | (BindingKind::Sampler, Binding::Sampler(_)) => (0, 0, true),
-                _ => (0, 0, false),
-            };
-            if !fits_kind {
-                Some(format!("binding {number} is not a {kind:?} at a multiple of 16 bytes"))
-            } else if have < need {
-                Some(format!("binding {number} has {have} bytes, the program reads {need}"))
-            } else {
-                None
-            }
-        })
     }
 }
 

@@ -6,19 +6,21 @@
 //! | What can a texel hold, and how is it kept? | `format/`, `surface.rs`, `texture_descriptor.rs`, `texture.rs`, `texture_view.rs` |
 //! | How does a shader read? | `buffer.rs`, `bindings.rs`, `sampler.rs`, `implicit_lod.rs` |
 //! | What is a shader? | [`shader`] |
-//! | What does a pipeline check and work out? | `render_pipeline.rs`, `resolved.rs` |
-//! | What is drawn, and is it valid? | `draw.rs`, `pass.rs`, `pass_check.rs` |
+//! | What is a pipeline made from, and what does it work out? | `pipeline_descriptor.rs`, `render_pipeline.rs`, `resolved.rs` |
+//! | What is drawn? | `draw.rs`, `pass.rs` |
+//! | What is refused, and why? | [`check`] |
 //! | What is counted and observed? | `statistics.rs`, `observer.rs` |
 
 pub(crate) mod bindings;
 pub(crate) mod buffer;
+pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod draw;
 pub(crate) mod format;
 pub(crate) mod implicit_lod;
 pub(crate) mod observer;
 pub(crate) mod pass;
-pub(crate) mod pass_check;
+pub(crate) mod pipeline_descriptor;
 pub(crate) mod render_pipeline;
 pub(crate) mod resolved;
 pub(crate) mod rules;

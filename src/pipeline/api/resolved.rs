@@ -1,8 +1,10 @@
 //! Pipeline state as drawing needs it, worked out once per pipeline: depth and stencil, fragments, colour targets, shortcuts.
 
-use crate::api::format::facts::ChannelKind;
+use crate::api::format::facts::{ChannelKind, format_info};
 use crate::api::format::quantize::Quantizer;
-use crate::api::state::{BlendFactor, BlendState, ColorWrites, CompareFunction, PrimitiveTopology, StencilFaceState, StencilOperation};
+use crate::api::state::{
+    BlendFactor, BlendState, ColorWrites, CompareFunction, DepthStencilState, PrimitiveTopology, StencilFaceState, StencilOperation,
+};
 
 /// Points, lines or triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +54,33 @@ pub(crate) struct DepthPlan {
 }
 
 impl DepthPlan {
+    /// From a pipeline's state, which is valid; without any, depth and stencil are ignored.
+    pub fn new(state: Option<&DepthStencilState>) -> Self {
+        let keep = StencilFaceState::IGNORE;
+        let Some(state) = state else {
+            return Self {
+                compare: CompareFunction::Always,
+                write: false,
+                kind: None,
+                stencil_front: keep,
+                stencil_back: keep,
+                read_mask: 0,
+                write_mask: 0,
+                stencil: false,
+            };
+        };
+        Self {
+            compare: state.depth_compare.unwrap_or(CompareFunction::Always),
+            write: state.depth_write_enabled.unwrap_or(false),
+            kind: format_info(state.format).filter(|info| info.depth).map(|info| info.kind),
+            stencil_front: state.stencil.front,
+            stencil_back: state.stencil.back,
+            read_mask: state.stencil.read_mask as u8,
+            write_mask: state.stencil.write_mask as u8,
+            stencil: state.stencil.front != keep || state.stencil.back != keep,
+        }
+    }
+
     /// Whether depth is read or written.
     pub fn tests_depth(&self) -> bool {
         self.kind.is_some() && (self.write || self.compare != CompareFunction::Always)

@@ -93,9 +93,15 @@ impl Texture {
     }
 
     /// Fills a surface from the format's bytes, rows top down, tightly packed.
+    ///
+    /// # Errors
+    /// If the texture does not have the surface, or the bytes are not as many as it has.
     pub fn write_bytes(&mut self, level: u32, layer: u32, bytes: &[u8]) -> Result<(), TextureError> {
         let info = self.info;
         let label = self.desc.label.clone();
+        if !self.desc.has_surface(level, layer) {
+            return Err(TextureError::NoSurface { label, level, layer });
+        }
         let surface = self.surface_mut(level, layer);
         let expected = surface.width as usize * surface.height as usize * info.bytes;
         if bytes.len() != expected {

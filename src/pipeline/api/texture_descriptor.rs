@@ -9,6 +9,12 @@ use crate::api::surface::TILE_PIXELS;
 /// Largest width or height of a texture.
 pub const MAX_SIZE: u32 = 16384;
 
+/// Most layers of a texture.
+pub const MAX_LAYERS: u32 = 2048;
+
+/// Largest width, height or depth of a volume. WebGPU's `maxTextureDimension3D` default.
+pub const MAX_VOLUME_SIZE: u32 = 2048;
+
 /// What shape a texture has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureShape {
@@ -22,9 +28,10 @@ pub enum TextureShape {
 
 /// What is wrong with a texture's description or data.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TextureError {
     /// Zero or too large.
-    #[error("texture `{label}`: size {width}x{height}x{depth} is outside 1..={MAX_SIZE} (depth or layers: 1..=2048)")]
+    #[error("texture `{label}`: size {width}x{height}x{depth} is outside 1..={allowed} (depth or layers: 1..=2048)")]
     Size {
         /// The texture's label.
         label: String,
@@ -34,10 +41,20 @@ pub enum TextureError {
         height: u32,
         /// Depth or layers seen.
         depth: u32,
+        /// Largest width and height of a texture of this shape.
+        allowed: u32,
     },
     /// Not a supported format.
     #[error("texture `{label}`: format {format:?} is not supported; supported: {}", SUPPORTED_FORMATS)]
     Format {
+        /// The texture's label.
+        label: String,
+        /// Format seen.
+        format: TextureFormat,
+    },
+    /// A volume of depth or stencil.
+    #[error("texture `{label}`: a volume cannot hold {format:?}")]
+    VolumeFormat {
         /// The texture's label.
         label: String,
         /// Format seen.
@@ -75,8 +92,18 @@ pub enum TextureError {
         /// Bytes expected.
         expected: usize,
     },
+    /// Data for another number of layers than the texture has.
+    #[error("texture `{label}`: data for {seen} layers given, the texture has {expected}")]
+    Layers {
+        /// The texture's label.
+        label: String,
+        /// Layers seen.
+        seen: usize,
+        /// Layers expected.
+        expected: u32,
+    },
     /// A view that the texture cannot give.
-    #[error("texture `{label}` with {levels} levels and {layers} layers cannot be seen as {view:?}")]
+    #[error("texture `{label}` with {levels} levels and {layers} layers cannot be seen as {view:?}: {problem}")]
     View {
         /// The texture's label.
         label: String,
@@ -86,6 +113,8 @@ pub enum TextureError {
         levels: u32,
         /// Layers that there are; 1 for a volume.
         layers: u32,
+        /// What is wrong.
+        problem: ViewProblem,
     },
     /// A view shows a surface that the same pass draws to.
     #[error("texture `{label}`: level {level} of layer {layer} is read and drawn to at once")]
@@ -97,17 +126,59 @@ pub enum TextureError {
         /// Layer or slice.
         layer: u32,
     },
-    /// A surface that cannot be drawn to.
-    #[error("texture `{label}`: level {level} of layer {layer} {}", if *twice { "is attached twice" } else { "does not exist" })]
-    Attachment {
+    /// A surface that the texture does not have.
+    #[error("texture `{label}`: level {level} of layer {layer} does not exist")]
+    NoSurface {
         /// The texture's label.
         label: String,
         /// Mip level.
         level: u32,
         /// Layer or slice.
         layer: u32,
-        /// Whether it exists, and was named twice.
-        twice: bool,
+    },
+    /// A surface that is drawn to as two attachments.
+    #[error("texture `{label}`: level {level} of layer {layer} is attached twice")]
+    AttachedTwice {
+        /// The texture's label.
+        label: String,
+        /// Mip level.
+        level: u32,
+        /// Layer or slice.
+        layer: u32,
+    },
+}
+
+/// What is wrong with a view of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ViewProblem {
+    /// No mip levels, or some that the texture does not have.
+    #[error("the mip levels are not among the texture's")]
+    MipLevels,
+    /// No layers, or some that the texture does not have.
+    #[error("the layers are not among the texture's")]
+    ArrayLayers,
+    /// Images of a volume, or a volume of images.
+    #[error("a texture of shape {texture:?} cannot be seen as {view:?}")]
+    Shape {
+        /// The texture's shape.
+        texture: TextureShape,
+        /// The view's shape.
+        view: TextureShape,
+    },
+    /// A cube of more or less than six layers.
+    #[error("a cube needs 6 layers, not {layers}")]
+    CubeLayers {
+        /// Layers of the view.
+        layers: u32,
+    },
+    /// A cube whose faces are not square.
+    #[error("a cube needs width = height, not {width}x{height}")]
+    CubeSize {
+        /// Width of the texture.
+        width: u32,
+        /// Height of the texture.
+        height: u32,
     },
 }
 
@@ -138,19 +209,32 @@ impl TextureDescriptor {
 
     /// The format's facts, if everything about the description is in range.
     pub fn validate(&self) -> Result<FormatInfo, TextureError> {
-        let Self { width, height, depth_or_layers: depth, .. } = *self;
+        let Self { width, height, depth_or_layers: depth, format, .. } = *self;
         let label = || self.label.clone();
-        if !(1..=MAX_SIZE).contains(&width) || !(1..=MAX_SIZE).contains(&height) || !(1..=2048).contains(&depth) {
-            return Err(TextureError::Size { label: label(), width, height, depth });
+        let volume = self.shape == TextureShape::D3;
+        let (allowed, allowed_depth) = if volume { (MAX_VOLUME_SIZE, MAX_VOLUME_SIZE) } else { (MAX_SIZE, MAX_LAYERS) };
+        if !(1..=allowed).contains(&width) || !(1..=allowed).contains(&height) || !(1..=allowed_depth).contains(&depth) {
+            return Err(TextureError::Size { label: label(), width, height, depth, allowed });
         }
         if self.shape == TextureShape::Cube && (width != height || depth != 6) {
             return Err(TextureError::Cube { label: label(), width, height, depth });
         }
-        let allowed = 32 - width.max(height).leading_zeros();
+        let longest = width.max(height).max(if volume { depth } else { 1 });
+        let allowed = 32 - longest.leading_zeros();
         if !(1..=allowed).contains(&self.mip_level_count) {
             return Err(TextureError::MipLevels { label: label(), levels: self.mip_level_count, allowed });
         }
-        format_info(self.format).ok_or(TextureError::Format { label: label(), format: self.format })
+        let info = format_info(format).ok_or_else(|| TextureError::Format { label: label(), format })?;
+        if volume && (info.depth || info.stencil) {
+            return Err(TextureError::VolumeFormat { label: label(), format });
+        }
+        Ok(info)
+    }
+
+    /// Whether there is a surface: a level of a layer or slice.
+    #[must_use]
+    pub fn has_surface(&self, level: u32, layer: u32) -> bool {
+        level < self.mip_level_count && layer < self.level_size(level).2
     }
 
     /// Size of a mip level: width, height, and layers or slices.
@@ -237,16 +321,30 @@ impl TextureDescriptor {
             let end = count.map_or(all, |count| first.saturating_add(count));
             (first < end && end <= all).then_some(first..end)
         };
-        let levels = range(view.base_mip_level, view.mip_level_count, self.mip_level_count);
-        let layers = range(view.base_array_layer, view.array_layer_count, all_layers);
-        let fits = |layers: &Range<u32>| match shape {
-            TextureShape::D2 => !volume,
-            TextureShape::D3 => volume,
-            TextureShape::Cube => !volume && layers.len() == 6 && self.width == self.height,
-        };
-        match (levels, layers) {
-            (Some(levels), Some(layers)) if fits(&layers) => Ok(ViewRange { levels, layers, shape }),
-            _ => Err(TextureError::View { label: self.label.clone(), view: *view, levels: self.mip_level_count, layers: all_layers }),
+        let levels = range(view.base_mip_level, view.mip_level_count, self.mip_level_count).ok_or(ViewProblem::MipLevels);
+        let layers = range(view.base_array_layer, view.array_layer_count, all_layers).ok_or(ViewProblem::ArrayLayers);
+        let seen = levels.and_then(|levels| layers.map(|layers| ViewRange { levels, layers, shape }));
+        let checked = seen.and_then(|range| self.shape_problem(&range).map_or(Ok(range), Err));
+        checked.map_err(|problem| TextureError::View {
+            label: self.label.clone(),
+            view: *view,
+            levels: self.mip_level_count,
+            layers: all_layers,
+            problem,
+        })
+    }
+
+    /// Whether the layers of a view can be seen as its shape says.
+    fn shape_problem(&self, range: &ViewRange) -> Option<ViewProblem> {
+        if (self.shape == TextureShape::D3) != (range.shape == TextureShape::D3) {
+            return Some(ViewProblem::Shape { texture: self.shape, view: range.shape });
+        }
+        let Self { width, height, .. } = *self;
+        let layers = range.layers.len() as u32;
+        match range.shape {
+            TextureShape::Cube if layers != 6 => Some(ViewProblem::CubeLayers { layers }),
+            TextureShape::Cube if width != height => Some(ViewProblem::CubeSize { width, height }),
+            _ => None,
         }
     }
 }

@@ -219,9 +219,11 @@ impl Texture {
         let info = self.info();
         for (i, &(level, layer)) in attached.iter().enumerate() {
             let desc = self.desc();
-            let exists = level < desc.mip_level_count && layer < desc.level_size(level).2;
-            if !exists || attached[..i].contains(&(level, layer)) {
-                return Err(TextureError::Attachment { label: desc.label.clone(), level, layer, twice: exists });
+            if !desc.has_surface(level, layer) {
+                return Err(TextureError::NoSurface { label: desc.label.clone(), level, layer });
+            }
+            if attached[..i].contains(&(level, layer)) {
+                return Err(TextureError::AttachedTwice { label: desc.label.clone(), level, layer });
             }
         }
         let (desc, level_start, surfaces) = self.parts_mut();

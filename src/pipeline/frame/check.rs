@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::api::draw::DRAWS_PER_TASK;
 use crate::frame::description::{AttachmentView, BindEntry, BufferId, Frame, FrameDraw, FramePass};
-use crate::frame::executor::FrameError;
+use crate::frame::error::{BindGroupProblem, FrameError, ReferenceProblem};
 use crate::run::device::Device;
 
 /// Least bin budget that a pass can work with.
@@ -30,21 +30,15 @@ pub fn check_memory(frame: &Frame, device: &Device, limit_bytes: u64) -> Result<
     })
 }
 
-/// Every number in the frame points at something, and no pass reads what it writes.
+/// Every number in the frame points at something, samplers are valid, and no pass reads what it writes.
 ///
 /// # Errors
-/// [`FrameError::Reference`], with the pass and what is wrong there.
+/// [`FrameError::BindGroup`], [`FrameError::Texture`] for a view, or [`FrameError::Reference`] with the pass and what is wrong there.
 pub fn check_references(frame: &Frame) -> Result<(), FrameError> {
-    let fail = |pass: &str, what: String| Err(FrameError::Reference { pass: pass.to_owned(), what });
-    for (number, group) in frame.bind_groups.iter().enumerate() {
-        for entry in &group.entries {
-            let missing = match entry {
-                BindEntry::Uniform(b, _) | BindEntry::DynamicUniform(b) | BindEntry::Storage(b) => b.index() >= frame.buffers.len(),
-                BindEntry::Texture(view) => view.texture.index() >= frame.textures.len(),
-                BindEntry::Sampler(_) => false,
-            };
-            if missing {
-                return fail("(bind groups)", format!("bind group {number} names {entry:?}, which the frame does not have"));
+    for (group, entries) in frame.bind_groups.iter().map(|group| &group.entries).enumerate() {
+        for (binding, entry) in entries.iter().enumerate() {
+            if let Some(problem) = entry_problem(frame, entry) {
+                return Err(FrameError::BindGroup { group, binding, problem });
             }
             if let BindEntry::Texture(view) = entry {
                 frame.textures[view.texture.index()].desc.view_range(&view.range)?;
@@ -55,70 +49,92 @@ pub fn check_references(frame: &Frame) -> Result<(), FrameError> {
         let problem = attachment_problem(frame, pass).or_else(|| stream_out_problem(frame, pass));
         let draws = pass.draws.par_iter().enumerate().with_min_len(DRAWS_PER_TASK);
         let problem = problem.or_else(|| draws.find_map_first(|(number, draw)| draw_problem(frame, pass, number, draw)));
-        if let Some(what) = problem.or_else(|| read_and_written(frame, pass)) {
-            return fail(&pass.label, what);
+        if let Some(problem) = problem.or_else(|| read_and_written(frame, pass)) {
+            return Err(FrameError::Reference { pass: pass.label.clone(), problem });
         }
     }
     Ok(())
 }
 
+/// What is wrong with an entry of a bind group.
+fn entry_problem(frame: &Frame, entry: &BindEntry) -> Option<BindGroupProblem> {
+    match entry {
+        BindEntry::Uniform(buffer, _) | BindEntry::DynamicUniform(buffer) | BindEntry::Storage(buffer) => {
+            let buffer = buffer.index();
+            (buffer >= frame.buffers.len()).then_some(BindGroupProblem::NoBuffer { buffer })
+        }
+        BindEntry::Texture(view) => {
+            let texture = view.texture.index();
+            (texture >= frame.textures.len()).then_some(BindGroupProblem::NoTexture { texture })
+        }
+        BindEntry::Sampler(sampler) => sampler.validate().err().map(BindGroupProblem::Sampler),
+    }
+}
+
 /// What is wrong with a pass's attachments.
-fn attachment_problem(frame: &Frame, pass: &FramePass) -> Option<String> {
+fn attachment_problem(frame: &Frame, pass: &FramePass) -> Option<ReferenceProblem> {
     let views = pass.attachments();
-    views.iter().enumerate().find_map(|(i, view)| {
+    views.iter().enumerate().find_map(|(attachment, view)| {
         let Some(texture) = frame.textures.get(view.texture.index()) else {
-            return Some(format!("attachment {i} names texture {}, which the frame does not have", view.texture.index()));
+            return Some(ReferenceProblem::NoTexture { attachment, texture: view.texture.index() });
         };
         let (desc, AttachmentView { level, layer, .. }) = (&texture.desc, *view);
-        if level >= desc.mip_level_count || layer >= desc.level_size(level).2 {
-            return Some(format!("attachment {i} is level {level} layer {layer} of `{}`", desc.label));
+        let texture = || desc.label.clone();
+        if !desc.has_surface(level, layer) {
+            return Some(ReferenceProblem::NoSurface { attachment, texture: texture(), level, layer });
         }
-        views[..i].contains(view).then(|| format!("texture `{}`, level {level}, layer {layer} is attached twice", desc.label))
+        views[..attachment].contains(view).then(|| ReferenceProblem::AttachedTwice { texture: texture(), level, layer })
     })
 }
 
 /// What is wrong with a pass's stream-out targets: all draws to one of them must write vertices of one size.
-fn stream_out_problem(frame: &Frame, pass: &FramePass) -> Option<String> {
+fn stream_out_problem(frame: &Frame, pass: &FramePass) -> Option<ReferenceProblem> {
     let targets = &pass.stream_out;
     for (i, target) in targets.iter().enumerate() {
         let Some(buffer) = frame.buffers.get(target.buffer.index()) else {
-            return Some(format!("stream-out target {i} names buffer {}, which the frame does not have", target.buffer.index()));
+            return Some(ReferenceProblem::NoStreamOutBuffer { target: i, buffer: target.buffer.index() });
         };
+        let buffer = || buffer.label.clone();
         if targets[..i].iter().any(|earlier| earlier.buffer == target.buffer) {
-            return Some(format!("buffer `{}` is streamed out to twice", buffer.label));
+            return Some(ReferenceProblem::StreamedOutTwice { buffer: buffer() });
         }
         let mut writers =
             pass.draws.iter().filter(|draw| draw.stream_out == Some(i as u32) && draw.pipeline.index() < frame.pipelines.len());
-        let first = writers.next().map(|draw| frame.stream_floats(draw.pipeline));
-        if let Some(other) = writers.map(|draw| frame.stream_floats(draw.pipeline)).find(|&floats| Some(floats) != first) {
-            return Some(format!("draws stream vertices of {} and of {other} floats out to buffer `{}`", first.unwrap_or(0), buffer.label));
+        let Some(first) = writers.next().map(|draw| frame.stream_floats(draw.pipeline)) else { continue };
+        if let Some(other) = writers.map(|draw| frame.stream_floats(draw.pipeline)).find(|&floats| floats != first) {
+            return Some(ReferenceProblem::StreamOutVertices { buffer: buffer(), first, other });
         }
     }
     None
 }
 
 /// What is wrong with the numbers of a draw.
-fn draw_problem(frame: &Frame, pass: &FramePass, number: usize, draw: &FrameDraw) -> Option<String> {
-    if draw.pipeline.index() >= frame.pipelines.len() || draw.bind_group.index() >= frame.bind_groups.len() {
-        return Some(format!("draw {number} names a pipeline or bind group that the frame does not have"));
+fn draw_problem(frame: &Frame, pass: &FramePass, number: usize, of: &FrameDraw) -> Option<ReferenceProblem> {
+    let (draw, pipeline, bind_group) = (number, of.pipeline.index(), of.bind_group.index());
+    if pipeline >= frame.pipelines.len() {
+        return Some(ReferenceProblem::NoPipeline { draw, pipeline });
     }
-    if draw.stream_out.is_some_and(|target| target as usize >= pass.stream_out.len()) {
-        return Some(format!("draw {number} streams out to target {:?} of {}", draw.stream_out, pass.stream_out.len()));
+    if bind_group >= frame.bind_groups.len() {
+        return Some(ReferenceProblem::NoBindGroup { draw, bind_group });
     }
-    if draw.streamed.is_some() && draw.index.is_some() {
-        return Some(format!("draw {number} has indices and takes its vertices from stream-out"));
+    let count = pass.stream_out.len();
+    if let Some(target) = of.stream_out.filter(|&target| target as usize >= count) {
+        return Some(ReferenceProblem::NoStreamOutTarget { draw, target, count });
     }
-    let mut buffers = draw.vertex_buffers.iter().map(|b| b.0).chain(draw.index.iter().map(|i| i.buffer)).chain(draw.streamed);
+    if of.streamed.is_some() && of.index.is_some() {
+        return Some(ReferenceProblem::IndexedStreamOut { draw });
+    }
+    let mut buffers = of.vertex_buffers.iter().map(|b| b.0).chain(of.index.iter().map(|i| i.buffer)).chain(of.streamed);
     buffers.find_map(|buffer| {
         if buffer.index() >= frame.buffers.len() {
-            return Some(format!("draw {number} names buffer {}, which the frame does not have", buffer.index()));
+            return Some(ReferenceProblem::NoBuffer { draw, buffer: buffer.index() });
         }
-        streams_to(pass, buffer).then(|| format!("draw {number} reads buffer `{}`, to which the pass streams out", label(frame, buffer)))
+        streams_to(pass, buffer).then(|| ReferenceProblem::DrawReadsStreamOut { draw, buffer: label(frame, buffer) })
     })
 }
 
 /// What a bind group of the pass reads and the pass writes.
-fn read_and_written(frame: &Frame, pass: &FramePass) -> Option<String> {
+fn read_and_written(frame: &Frame, pass: &FramePass) -> Option<ReferenceProblem> {
     let views = pass.attachments();
     let entries = pass.bind_groups().into_iter().flat_map(|group| &frame.bind_groups[group.index()].entries);
     for entry in entries {
@@ -127,11 +143,11 @@ fn read_and_written(frame: &Frame, pass: &FramePass) -> Option<String> {
                 let desc = &frame.textures[view.texture.index()].desc;
                 let range = desc.view_range(&view.range).ok()?;
                 if views.iter().any(|v| v.texture == view.texture && range.contains(v.level, v.layer)) {
-                    return Some(format!("texture `{}` is read and drawn to in the same pass", desc.label));
+                    return Some(ReferenceProblem::ReadAndDrawnTo { texture: desc.label.clone() });
                 }
             }
             BindEntry::Uniform(buffer, _) | BindEntry::DynamicUniform(buffer) | BindEntry::Storage(buffer) if streams_to(pass, *buffer) => {
-                return Some(format!("buffer `{}` is read and streamed out to in the same pass", label(frame, *buffer)));
+                return Some(ReferenceProblem::ReadAndStreamedOut { buffer: label(frame, *buffer) });
             }
             _ => {}
         }
@@ -143,6 +159,6 @@ fn streams_to(pass: &FramePass, buffer: BufferId) -> bool {
     pass.stream_out.iter().any(|target| target.buffer == buffer)
 }
 
-fn label(frame: &Frame, buffer: BufferId) -> &str {
-    &frame.buffers[buffer.index()].label
+fn label(frame: &Frame, buffer: BufferId) -> String {
+    frame.buffers[buffer.index()].label.clone()
 }

@@ -108,6 +108,10 @@ fn fill_initial(texture: &mut Texture, described: &FrameTexture, stale: bool) ->
             }
         }
         Initial::Layers(layers) => {
+            let expected = described.desc.level_size(0).2;
+            if layers.len() != expected as usize {
+                return Err(TextureError::Layers { label: described.desc.label.clone(), seen: layers.len(), expected });
+            }
             for (layer, bytes) in layers.iter().enumerate() {
                 texture.write_bytes(0, layer as u32, bytes)?;
             }

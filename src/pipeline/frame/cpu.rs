@@ -3,7 +3,8 @@
 use crate::frame::check::{check_memory, check_references};
 use crate::frame::contents::Contents;
 use crate::frame::description::Frame;
-use crate::frame::executor::{Executor, FrameError, FrameObserver, FrameOutput};
+use crate::frame::error::FrameError;
+use crate::frame::executor::{Executor, FrameObserver, FrameOutput};
 use crate::frame::resolve::{pipelines, run_frame_pass};
 use crate::run::device::Device;
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::api::buffer::Buffer;
 use crate::api::pass::PassOutput;
-use crate::api::render_pipeline::RenderPipelineDescriptor;
+use crate::api::pipeline_descriptor::RenderPipelineDescriptor;
 use crate::api::rules::RasterRules;
 use crate::api::sampler::Sampler;
 use crate::api::shader::varying::flatten_varyings;

@@ -2,53 +2,11 @@
 
 use crate::api::observer::Observer;
 use crate::api::pass::PassOutput;
-use crate::api::pass_check::PassError;
-use crate::api::render_pipeline::PipelineError;
 use crate::api::texture::Texture;
-use crate::api::texture_descriptor::TextureError;
 use crate::frame::contents::Contents;
 use crate::frame::description::{Frame, FramePass, TextureId};
+use crate::frame::error::FrameError;
 use crate::run::device::Device;
-
-/// Why a frame cannot run. Nothing has been drawn when one of these is returned by validation.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum FrameError {
-    /// A texture is not possible.
-    #[error(transparent)]
-    Texture(#[from] TextureError),
-    /// A pipeline is not possible.
-    #[error(transparent)]
-    Pipeline(#[from] PipelineError),
-    /// A pass is not possible.
-    #[error(transparent)]
-    Pass(#[from] PassError),
-    /// Another executor cannot run it.
-    #[error("{0}")]
-    Backend(String),
-    /// Something refers to what is not there.
-    #[error("pass `{pass}`: {what}")]
-    Reference {
-        /// The pass's label.
-        pass: String,
-        /// What is wrong.
-        what: String,
-    },
-    /// The frame needs more memory than it may use.
-    #[error(
-        "the frame needs {needed_mib} MiB and may use {limit_mib} MiB; the largest part is `{largest}` with {largest_mib} MiB: \
-         lower the image size, the water grid or the shadow map size, or raise the limit"
-    )]
-    Memory {
-        /// Needed, rounded up.
-        needed_mib: u64,
-        /// Allowed.
-        limit_mib: u64,
-        /// Name of the largest resource.
-        largest: String,
-        /// Its size, rounded up.
-        largest_mib: u64,
-    },
-}
 
 /// Sees every pass of a frame, and through [`Observer`] every stage of it.
 pub trait FrameObserver: Send {

@@ -9,6 +9,7 @@ pub(crate) mod check;
 pub(crate) mod contents;
 mod cpu;
 pub(crate) mod description;
+pub(crate) mod error;
 pub(crate) mod executor;
 mod memory;
 pub(crate) mod resolve;
@@ -20,6 +21,7 @@ pub use description::{
     AttachmentView, BindEntry, BindGroup, BindGroupId, BufferId, ColorTarget, DepthTarget, Frame, FrameBuffer, FrameDraw, FrameIndex,
     FramePass, FrameTexture, Initial, PipelineId, StreamOut, TextureId, TextureView,
 };
-pub use executor::{Executor, FrameError, FrameObserver, FrameOutput};
+pub use error::{BindGroupProblem, FrameError, ReferenceProblem};
+pub use executor::{Executor, FrameObserver, FrameOutput};
 pub use memory::MemoryEstimate;
 pub use resolve::{pipelines, run_frame_pass, stream_draw, target_size};

@@ -6,16 +6,18 @@ use rayon::prelude::*;
 
 use crate::api::bindings::{Binding, Bindings};
 use crate::api::buffer::Buffer;
+use crate::api::check::pipeline::PipelineError;
 use crate::api::draw::{DRAWS_PER_TASK, Draw, IndexBuffer, VertexBuffer};
 use crate::api::observer::Observer;
 use crate::api::pass::{ColorAttachment, DepthStencilAttachment, Pass, PassOutput, StreamOutTarget};
-use crate::api::render_pipeline::{PipelineError, RenderPipeline, RenderPipelineDescriptor};
+use crate::api::pipeline_descriptor::RenderPipelineDescriptor;
+use crate::api::render_pipeline::RenderPipeline;
 use crate::api::resolved::PrimitiveClass;
 use crate::api::state::{PixelRect, Viewport};
 use crate::api::texture_view::{TextureView, TextureViewMut, Unattached};
 use crate::frame::contents::{Contents, Streamed};
 use crate::frame::description::{self, AttachmentView, BindEntry, BufferId, Frame, FrameDraw, FramePass};
-use crate::frame::executor::FrameError;
+use crate::frame::error::FrameError;
 use crate::run::device::Device;
 use crate::run::pass::run_pass;
 

@@ -3,7 +3,7 @@
 use nephroid_math::lanes::Lanes;
 
 use crate::api::observer::PrimitiveOutcome;
-use crate::api::render_pipeline::MAX_POINT_SIZE;
+use crate::api::pipeline_descriptor::MAX_POINT_SIZE;
 use crate::api::shader::fragment::PrimitiveAttributes;
 use crate::api::state::PixelRect;
 use crate::geometry::emitter::Emitter;

@@ -75,7 +75,7 @@ mod tests {
     use std::ops::Range;
 
     use super::*;
-    use crate::api::render_pipeline::RenderPipelineDescriptor;
+    use crate::api::pipeline_descriptor::RenderPipelineDescriptor;
     use crate::api::shader::{FragmentInput, FragmentOutput, FragmentShader, Program, VertexInput, VertexOutput, VertexShader};
     use crate::state::{
         CompareFunction, DepthBiasState, DepthStencilState, Face, PrimitiveState, RasterRules, StencilState, TextureFormat, Viewport,

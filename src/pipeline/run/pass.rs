@@ -6,10 +6,10 @@
 
 use rayon::prelude::*;
 
+use crate::api::check::pass::PassError;
 use crate::api::draw::{DRAWS_PER_TASK, Draw};
 use crate::api::observer::{Observer, reborrow};
 use crate::api::pass::{ColorAttachment, DepthStencilAttachment, Pass, PassOutput, StreamOutTarget};
-use crate::api::pass_check::PassError;
 use crate::api::state::{MAX_COLOR_TARGETS, PixelRect};
 use crate::api::statistics::StreamOutStatistics;
 use crate::api::surface::{TILE, TILE_PIXELS};
