@@ -143,7 +143,7 @@ fn irradiance_adds_albedo_over_pi_times_itself_to_the_radiance_of_receivers() {
 #[test]
 fn lights_come_in_order_each_after_its_own_passes_and_errors_end_the_loop() {
     let (_, mut scene) = scenes()[1].clone();
-    scene.lights = vec![scene.lights[0].clone(), scene.lights[0].clone()];
+    scene.lights = vec![scene.lights[0]; 2];
     let receivers = Receivers::new(&scene, None).expect("the scene's meshes");
     let water = surface(&scene);
     let mut builder = FrameBuilder::new(&scene, &receivers, water.as_ref(), &VIEW);
