@@ -17,6 +17,8 @@ mod memory;
 mod mesh_files;
 mod render_cli;
 mod scene_files;
+mod seam;
+mod settings;
 mod trace;
 mod trace_cli;
 mod wgsl;

@@ -13,9 +13,10 @@ use nephroid_pipeline::frame::{BindEntry, DepthTarget, FrameDraw, FramePass, Tex
 use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::state::{ADDITIVE, CompareFunction, DepthBiasState, Face, PrimitiveState, PrimitiveTopology, TextureFormat};
 use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
+use nephroid_scene::Scene;
 use nephroid_scene::water::HeightField;
-use nephroid_scene::{CausticVolumes, Faces, Scene};
 
+use super::settings::{CausticVolumes, Faces};
 use super::shaders::{self, VolumeUniform};
 
 /// What a frame is built from.
@@ -72,7 +73,7 @@ pub fn view(settings: &CausticVolumes) -> View {
 #[must_use]
 pub fn build(inputs: &Inputs<'_>) -> Built {
     let scene = inputs.scene;
-    let settings = &scene.techniques.caustic_volumes;
+    let settings = scene.techniques.get::<CausticVolumes>();
     let view = view(settings);
     let mut stage = Stage::new(scene, inputs.receivers, &view);
     let bottom_y = bottom_of_volumes(scene, inputs.receivers, settings);
@@ -123,7 +124,7 @@ fn volume_pass(
     number: usize,
 ) {
     let slack = slack_per_w(scene, stage);
-    let settings = &scene.techniques.caustic_volumes;
+    let settings = scene.techniques.get::<CausticVolumes>();
     let shadows = if settings.surface_shadows { 1.0 } else { 0.0 };
     // Front faces pass wherever the receiver lies behind the volume, which from above is all along its length; back faces almost only inside it.
     let back = settings.faces != Faces::Front;

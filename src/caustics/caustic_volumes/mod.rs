@@ -16,16 +16,24 @@
 
 pub mod frame;
 pub mod hull;
+mod settings;
 pub mod shaders;
 
+pub use settings::{CausticVolumes, Faces};
+
+use nephroid_image::metrics::bounds::{ACCUMULATED, CHAINED, CHAINED_LOOKED_UP, COUNTED, PassBounds, VERTEX};
 use nephroid_pipeline::Device;
 use nephroid_scene::water::WaterSim;
-use nephroid_scene::{Radiometry, Scene};
+use nephroid_scene::{Group, Radiometry, Scene, Settings};
 
-use super::{FrameSource, LayerRead, LayerSource, Receivers, RenderError, Technique, TechniqueFrame, beams, stage};
+use super::{Builder, Feature, LayerSource, Layout, Receivers, RenderError, Resolve, Technique, TechniqueFrame, beams, stage};
+use crate::layout;
+use shaders::VolumeUniform;
 
-/// The technique.
-pub struct CausticVolumesTechnique;
+/// The technique, as a line of the table.
+pub const TECHNIQUE: &dyn Technique = &CausticVolumesTechnique;
+
+struct CausticVolumesTechnique;
 
 impl Technique for CausticVolumesTechnique {
     fn name(&self) -> &'static str {
@@ -37,8 +45,24 @@ impl Technique for CausticVolumesTechnique {
     fn paper(&self) -> &'static str {
         "Sandberg & Falemo 2005, Real-Time Rendering of Water Caustics Using Programmable Graphics Hardware"
     }
-    fn prepare(&self, scene: &Scene) -> Result<Box<dyn FrameSource>, RenderError> {
-        let settings = &scene.techniques.caustic_volumes;
+    fn settings(&self) -> &'static dyn Settings {
+        CausticVolumes::DEFAULTS
+    }
+    fn covers(&self, feature: Feature) -> bool {
+        feature == Feature::WaterCaustics
+    }
+    fn bounds(&self) -> &'static [PassBounds] {
+        &[PassBounds {
+            pass: "caustic_volumes",
+            vertices: VERTEX,
+            textures: &[("volume_count", COUNTED, CHAINED), ("", ACCUMULATED, CHAINED_LOOKED_UP)],
+        }]
+    }
+    fn layouts(&self) -> Vec<Layout> {
+        vec![layout!(VolumeUniform: shape, sigma_t)]
+    }
+    fn prepare(&self, scene: &Scene) -> Result<Box<dyn Builder>, RenderError> {
+        let settings = scene.techniques.get::<CausticVolumes>();
         let receivers = Receivers::new(scene, stage::cut_level(scene, settings.eye_refraction))?;
         Ok(Box::new(Source { receivers, water: scene.water.as_ref().map(|w| w.simulator()) }))
     }
@@ -50,9 +74,9 @@ struct Source {
     water: Option<WaterSim>,
 }
 
-impl FrameSource for Source {
+impl Builder for Source {
     fn frame(&mut self, scene: &Scene, _device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
-        let settings = &scene.techniques.caustic_volumes;
+        let settings = scene.techniques.get::<CausticVolumes>();
         let field = self.water.as_mut().zip(scene.water.as_ref()).map(|(sim, water)| {
             let (columns, rows) = settings.grid.unwrap_or(water.grid);
             sim.surface_with_grid(columns, rows, scene.time_s)
@@ -76,9 +100,9 @@ impl FrameSource for Source {
         });
         let frame::Built { stage, bottom_y, targets } = built;
         let mut layers = stage.layers(scene, targets.caustic);
-        let source = |name, texture, channels, read| LayerSource { name, texture, channels, read };
-        layers.extend(targets.direction.map(|texture| source("caustic_direction", texture, 3, LayerRead::WeightedMean)));
-        layers.extend(targets.count.map(|texture| source("fragment_count", texture, 1, LayerRead::Sum)));
+        let source = |name, texture, channels, resolve| LayerSource { name, texture, channels, resolve };
+        layers.extend(targets.direction.map(|texture| source("caustic_direction", texture, 3, Resolve::WeightedMean)));
+        layers.extend(targets.count.map(|texture| source("fragment_count", texture, 1, Resolve::Sum)));
         Ok(TechniqueFrame {
             layers,
             margin: stage.margin,

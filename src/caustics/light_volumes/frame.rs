@@ -17,9 +17,10 @@ use nephroid_pipeline::state::{
     StencilFaceState, StencilOperation, StencilState, TextureFormat,
 };
 use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
-use nephroid_scene::{Gather, LightVolumes, Radiometry, Scene};
+use nephroid_scene::{Radiometry, Scene};
 
 use super::cull::Drawn;
+use super::settings::{Gather, LightVolumes};
 use super::shaders::{self, BeamSlot, BeamsUniform, RelightUniform};
 use super::slices::{Slices, runs};
 
@@ -96,7 +97,7 @@ pub struct LightPass<'a> {
 
 impl LightPass<'_> {
     fn settings(&self) -> &LightVolumes {
-        &self.scene.techniques.light_volumes
+        self.scene.techniques.get::<LightVolumes>()
     }
 
     /// Adds the passes to a frame.

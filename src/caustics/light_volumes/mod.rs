@@ -20,40 +20,50 @@
 
 pub mod boxes;
 pub mod cull;
+mod error;
 pub mod frame;
 pub mod hierarchy;
 pub mod occlusion;
 pub mod reach;
+mod settings;
 pub mod shaders;
 pub mod shadow;
 pub mod slices;
 pub mod specular;
 
+pub use error::LightVolumesError;
+pub use settings::{BeamCulling, BeamShadows, EnergyAt, Gather, LightVolumes};
+
 use glam::Vec3;
 
+use nephroid_image::metrics::bounds::{ACCUMULATED, CHAINED, CHAINED_LOOKED_UP, COUNTED, PassBounds, SWEPT};
 use nephroid_pipeline::Device;
 use nephroid_scene::geom::Aabb;
 use nephroid_scene::water::{HeightField, WaterSim};
-use nephroid_scene::{BeamCulling, Radiometry, Scene};
+use nephroid_scene::{Group, Material, Radiometry, Scene, Settings, Shape};
 
 use super::beams::{self, LightBeams};
 use super::stage::light::StageLight;
 use super::stage::{self, Stage};
-use super::{FrameSource, LayerRead, LayerSource, Receivers, RenderError, Technique, TechniqueFrame};
+use super::{Builder, Feature, LayerSource, Layout, Receivers, RenderError, Resolve, Technique, TechniqueFrame};
+use crate::layout;
 use boxes::ReceiverBox;
 use cull::{Counts, Scope};
 use frame::LightPass;
 use hierarchy::{Hierarchy, Span};
 use reach::Reach;
+use shaders::{BeamsUniform, RelightUniform};
 use shadow::Shadowed;
-use slices::Slices;
+use slices::{SliceVertex, Slices};
 use specular::Specular;
 
 /// Most beams of a light: each takes 256 bytes of uniforms and two draws at least. A mesh of 1025x1025 vertices has so many.
 pub const MAX_BEAMS: u64 = 1 << 21;
 
-/// The technique.
-pub struct LightVolumesTechnique;
+/// The technique, as a line of the table.
+pub const TECHNIQUE: &dyn Technique = &LightVolumesTechnique;
+
+struct LightVolumesTechnique;
 
 impl Technique for LightVolumesTechnique {
     fn name(&self) -> &'static str {
@@ -65,8 +75,36 @@ impl Technique for LightVolumesTechnique {
     fn paper(&self) -> &'static str {
         "Barczak & Olano, Interactive Shadowed Caustics Using Hierarchical Light Volumes"
     }
-    fn prepare(&self, scene: &Scene) -> Result<Box<dyn FrameSource>, RenderError> {
-        let settings = &scene.techniques.light_volumes;
+    fn settings(&self) -> &'static dyn Settings {
+        LightVolumes::DEFAULTS
+    }
+    fn covers(&self, feature: Feature) -> bool {
+        matches!(feature, Feature::WaterCaustics | Feature::SpecularCaustics)
+    }
+    fn bounds(&self) -> &'static [PassBounds] {
+        &[PassBounds {
+            pass: "light_volumes",
+            vertices: SWEPT,
+            textures: &[("beam_count", COUNTED, CHAINED), ("", ACCUMULATED, CHAINED_LOOKED_UP)],
+        }]
+    }
+    fn layouts(&self) -> Vec<Layout> {
+        vec![layout!(BeamsUniform: sigma_t, planes), layout!(SliceVertex: plane_y, corner), layout!(RelightUniform: to_light)]
+    }
+    /// Mirrors and glass with fewer triangles, each of which is drawn by itself.
+    fn coarsen(&self, scene: &mut Scene) {
+        scene.techniques.edit::<LightVolumes>().generator_edge = 0.5;
+        for object in scene.objects.iter_mut().filter(|object| !matches!(object.material, Material::Diffuse { .. })) {
+            match &mut object.shape {
+                Shape::UvSphere(sphere) => (sphere.slices, sphere.stacks) = (24, 12),
+                Shape::TorusKnot(knot) => (knot.segments, knot.sides) = (96, 12),
+                Shape::Cylinder(cylinder) => cylinder.slices = 48,
+                _ => {}
+            }
+        }
+    }
+    fn prepare(&self, scene: &Scene) -> Result<Box<dyn Builder>, RenderError> {
+        let settings = scene.techniques.get::<LightVolumes>();
         let receivers = Receivers::new(scene, stage::cut_level(scene, settings.eye_refraction))?;
         let water = scene.water.as_ref().map(|w| w.simulator());
         // Beams from above that meet water are not followed on, so where there is water, it alone makes beams.
@@ -129,13 +167,13 @@ fn timed<R>(clock: fn() -> f64, sum: &mut f64, work: impl FnOnce() -> R) -> R {
     result
 }
 
-impl FrameSource for Source {
+impl Builder for Source {
     fn set_clock(&mut self, clock: fn() -> f64) {
         self.clock = clock;
     }
 
     fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
-        let settings = &scene.techniques.light_volumes;
+        let settings = scene.techniques.get::<LightVolumes>();
         let clock = self.clock;
         let view = frame::view(settings);
         check_mesh(scene)?;
@@ -208,9 +246,9 @@ impl FrameSource for Source {
         }
         stage.finish(scene, field.as_ref(), &view, targets.caustic);
         let mut layers = stage.layers(scene, targets.caustic);
-        let source = |name, texture, channels, read| LayerSource { name, texture, channels, read };
-        layers.extend(targets.direction.map(|texture| source("caustic_direction", texture, 3, LayerRead::WeightedMean)));
-        layers.extend(targets.count.map(|texture| source("fragment_count", texture, 1, LayerRead::Sum)));
+        let source = |name, texture, channels, resolve| LayerSource { name, texture, channels, resolve };
+        layers.extend(targets.direction.map(|texture| source("caustic_direction", texture, 3, Resolve::WeightedMean)));
+        layers.extend(targets.count.map(|texture| source("fragment_count", texture, 1, Resolve::Sum)));
         let (generators, sigma_t) = if field.is_some() { ("water", scene.medium.sigma_t()) } else { ("specular", Vec3::ZERO) };
         let mut audit = beams::audit(generators, &all_beams, sigma_t, bottom_y);
         audit.push(("culled_in_shadow".to_owned(), tally.shadowed_w));
@@ -241,7 +279,7 @@ struct Made {
 impl Source {
     /// The beams of a light, from the water or from mirrors and glass; `None` if the scene has neither.
     fn make_beams(&self, scene: &Scene, field: Option<&HeightField>, number: usize) -> Result<Option<Made>, RenderError> {
-        let settings = &scene.techniques.light_volumes;
+        let settings = scene.techniques.get::<LightVolumes>();
         let light = &scene.lights[number];
         if let (Some(field), Some(water)) = (field, &scene.water) {
             let count = match settings.radiometry {
@@ -269,7 +307,7 @@ impl Source {
 impl Kept {
     /// What is there already, if it fits, or made anew.
     fn renew<'a>(kept: &'a mut Option<Self>, boxes: &[ReceiverBox], receivers: &Receivers, scene: &Scene, made: &Made) -> &'a mut Self {
-        let settings = &scene.techniques.light_volumes;
+        let settings = scene.techniques.get::<LightVolumes>();
         let key = (made.level, made.span.bottom_y, settings.planes, made.grid, made.buckets, made.levels);
         let old = kept.take().filter(|kept| kept.key == key);
         kept.insert(old.unwrap_or_else(|| {
@@ -284,17 +322,17 @@ impl Kept {
 /// Refuses a mesh of more beams than there may be, before anything is made of it.
 fn check_mesh(scene: &Scene) -> Result<(), RenderError> {
     let Some(water) = &scene.water else { return Ok(()) };
-    let (columns, rows) = scene.techniques.light_volumes.grid.unwrap_or(water.grid);
+    let (columns, rows) = scene.techniques.get::<LightVolumes>().grid.unwrap_or(water.grid);
     let triangles = 2 * (u64::from(columns) - 1) * (u64::from(rows) - 1);
     if triangles > MAX_BEAMS {
-        return Err(RenderError::TooManyBeams { columns, rows, triangles, limit: MAX_BEAMS });
+        return Err(LightVolumesError::TooManyBeams { columns, rows, triangles, limit: MAX_BEAMS }.into());
     }
     Ok(())
 }
 
 /// Heights between which the beams are, from the least and the greatest of what makes them.
 fn span(scene: &Scene, receivers: &Receivers, (low, high): (f32, f32)) -> Span {
-    let settings = &scene.techniques.light_volumes;
+    let settings = scene.techniques.get::<LightVolumes>();
     let floor = if receivers.bounds.is_empty() { low } else { receivers.bounds.min.y.min(low) };
     // A body needs some height, even where there is nothing below.
     let bottom_y = floor - settings.depth_below_floor_m.max(1.0e-3 * (1.0 + high.abs()));
@@ -317,7 +355,7 @@ fn ask(
     device: &Device,
     stage: &mut Stage,
 ) -> Result<Shadowed, RenderError> {
-    let settings = &scene.techniques.light_volumes;
+    let settings = scene.techniques.get::<LightVolumes>();
     let level = scene.water.as_ref().map_or(0.0, |w| w.level_m);
     let casters: Vec<_> = receivers.air_casters(&scene.lights[number], level).collect();
     let light = &light.uniform;

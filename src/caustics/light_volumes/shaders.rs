@@ -20,8 +20,9 @@ use nephroid_pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
 };
 use nephroid_pipeline::{BindingKind, Bindings};
-use nephroid_scene::{EnergyAt, Gather, Radiometry};
+use nephroid_scene::Radiometry;
 
+use super::settings::{EnergyAt, Gather};
 use super::slices::SliceVertex;
 
 /// What all beams of a light have in common.

@@ -21,7 +21,7 @@ use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor, TextureDescrip
 use nephroid_scene::water::HeightField;
 use nephroid_scene::{Camera, EyeRefraction, Scene};
 
-use super::{LayerRead, LayerSource, Receivers};
+use super::{LayerSource, Receivers, Resolve};
 use state::{clear, depth_state, target};
 
 /// Pixels rendered beyond each edge of the picture when refracted rays may leave it, as a share of its larger side.
@@ -281,16 +281,16 @@ impl Stage {
     #[must_use]
     pub fn layers(&self, scene: &Scene, caustic: TextureId) -> Vec<LayerSource> {
         let axis = scene.camera.forward_ws();
-        let source = |name, texture, channels, read| LayerSource { name, texture, channels, read };
+        let source = |name, texture, channels, resolve| LayerSource { name, texture, channels, resolve };
         vec![
-            source("color", self.color, 3, LayerRead::Mean),
-            source("depth", self.position, 1, LayerRead::Depth(scene.camera.position_ws(), axis)),
-            source("normal", self.normal, 3, LayerRead::Nearest),
-            source("position", self.position, 3, LayerRead::Nearest),
-            source("albedo", self.albedo, 3, LayerRead::Mean),
-            source("direct", self.direct, 3, LayerRead::Mean),
-            source("caustic_irradiance", caustic, 3, LayerRead::Mean),
-            source("shadow", self.visibility, 1, LayerRead::Mean),
+            source("color", self.color, 3, Resolve::Mean),
+            source("depth", self.position, 1, Resolve::Depth(scene.camera.position_ws(), axis)),
+            source("normal", self.normal, 3, Resolve::Nearest),
+            source("position", self.position, 3, Resolve::Nearest),
+            source("albedo", self.albedo, 3, Resolve::Mean),
+            source("direct", self.direct, 3, Resolve::Mean),
+            source("caustic_irradiance", caustic, 3, Resolve::Mean),
+            source("shadow", self.visibility, 1, Resolve::Mean),
         ]
     }
 }
