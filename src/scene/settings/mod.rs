@@ -1,4 +1,4 @@
-//! Settings of techniques, which this crate does not know: a technique states a table of rows ([`settings!`](crate::settings)), and a scene that
+//! Settings of techniques, which this crate does not know: a technique states a table of rows ([`settings!`](macro@crate::settings)), and a scene that
 //! is read for it has its values ([`TechniqueSettings`]).
 
 mod choice;

@@ -1,4 +1,4 @@
-//! A group of settings as a table of rows, from which everything else about them follows: see [`settings!`](crate::settings).
+//! A group of settings as a table of rows, from which everything else about them follows: see [`settings!`](macro@crate::settings).
 
 use std::any::Any;
 use std::fmt;
@@ -37,7 +37,7 @@ impl Row {
     }
 }
 
-/// Values for every row of a table, made by [`settings!`](crate::settings).
+/// Values for every row of a table, made by [`settings!`](macro@crate::settings).
 pub trait Settings: Any + fmt::Debug + Send + Sync {
     /// Name of the group in scene files and before each key, such as `paint`.
     fn key(&self) -> &'static str;
@@ -90,7 +90,7 @@ impl PartialEq for dyn Settings {
     }
 }
 
-/// The range of a row, for [`settings!`](crate::settings).
+/// The range of a row, for [`settings!`](macro@crate::settings).
 #[must_use]
 pub fn limits<T: Bounded>(range: std::ops::RangeInclusive<T::Bound>) -> Limits {
     T::limits(range)

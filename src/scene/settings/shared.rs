@@ -23,7 +23,7 @@ crate::choices! {
 /// Largest side of the water grid that a technique may ask for, in vertices.
 pub const MAX_GRID: u32 = 4096;
 
-/// A row that many techniques have, put into the table of [`settings!`](crate::settings) where it says `shared NAME`. Types and limits go
+/// A row that many techniques have, put into the table of [`settings!`](macro@crate::settings) where it says `shared NAME`. Types and limits go
 /// by the names that this crate exports, which must be in scope there.
 #[macro_export]
 macro_rules! shared_row {
