@@ -11,6 +11,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use glam::Vec3;
+use nephroid::caustics::caustic_volumes::CausticVolumes;
 use nephroid::caustics::{RenderOptions, Renderer};
 use nephroid::geom::shapes::UvSphere;
 use nephroid::metrics::{Pair, PowerLaw, energy_ratio, mae};
@@ -24,7 +25,7 @@ use shared::{median, wanted};
 const RUNS: usize = 5;
 
 fn load(path: &str) -> Scene {
-    nephroid::scene::load(Path::new(path)).expect("a shipped scene")
+    nephroid::caustics::TECHNIQUES.load(Path::new(path)).expect("a shipped scene")
 }
 
 /// A level plane that measures, facing up.
@@ -121,7 +122,7 @@ fn curve() {
             let mut scene = scene.clone();
             let water = scene.water.as_ref().expect("there is water");
             let rows = (columns as f32 * water.size_m.y / water.size_m.x).round() as u32;
-            scene.techniques.caustic_volumes.grid = Some((columns + 1, rows + 1));
+            scene.techniques.edit::<CausticVolumes>().grid = Some((columns + 1, rows + 1));
             let layers = render(&scene);
             assert_eq!(points_of(&layers).positions, points.positions, "the view depends on the grid");
             let layer = layers.get("caustic_irradiance").expect("the layer was asked for");
@@ -155,7 +156,7 @@ fn curve() {
 fn crossed() -> Scene {
     let mut scene = load("scenes/analytic/crossed_sines.ron");
     (scene.image.width, scene.image.height) = (160, 160);
-    scene.techniques.caustic_volumes.samples = 4;
+    scene.techniques.edit::<CausticVolumes>().samples = 4;
     under_water(&mut scene);
     scene
 }
@@ -164,7 +165,7 @@ fn crossed() -> Scene {
 fn diver() -> Scene {
     let mut scene = load("scenes/pool.ron");
     (scene.image.width, scene.image.height) = (320, 200);
-    scene.techniques.caustic_volumes.samples = 8;
+    scene.techniques.edit::<CausticVolumes>().samples = 8;
     under_water(&mut scene);
     scene
 }

@@ -3,6 +3,7 @@
 use std::io::Write as _;
 use std::process::ExitCode;
 
+use nephroid::caustics::TECHNIQUES;
 use nephroid::cli::{self, Outcome, Parsed};
 
 fn main() -> ExitCode {
@@ -11,7 +12,7 @@ fn main() -> ExitCode {
         Ok(Parsed::Answered) => return ExitCode::SUCCESS,
         Err(message) => return fail(&message),
     };
-    match cli::run(command) {
+    match cli::run(command, TECHNIQUES) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Differs) => ExitCode::from(cli::EXIT_DIFFERS),
         Ok(Outcome::Interrupted) => ExitCode::from(cli::EXIT_INTERRUPTED),

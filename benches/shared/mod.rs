@@ -3,13 +3,14 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use nephroid::caustics::caustic_volumes::{CausticVolumes, Faces};
 use nephroid::frame::{Contents, FrameObserver, FramePass};
 use nephroid::math::lanes::Lanes;
 use nephroid::math::rng::uniform3;
 use nephroid::math::vector::v4;
 use nephroid::pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Program, VertexInput, VertexOutput, VertexShader};
 use nephroid::pipeline::{BindingKind, Bindings, Observer, PassOutput};
-use nephroid::scene::{CausticVolumes, Faces, Scene};
+use nephroid::scene::Scene;
 
 pub const SIZE: (u32, u32) = (1024, 768);
 pub const FRAMES: usize = 12;
@@ -122,9 +123,10 @@ pub const PAPER_FRAMES: [PaperFrame; 5] = [
 
 /// A shipped scene with the paper's settings. Which faces are drawn changes the cost and not the picture; the paper draws those in front.
 pub fn paper_scene(path: &str, grid: u32, size: u32) -> Scene {
-    let mut scene = nephroid::scene::load(std::path::Path::new(path)).expect("a shipped scene");
+    let mut scene = nephroid::caustics::TECHNIQUES.load(std::path::Path::new(path)).expect("a shipped scene");
     scene.image.width = size;
     scene.image.height = size;
-    scene.techniques.caustic_volumes = CausticVolumes { grid: Some((grid + 1, grid + 1)), faces: Faces::Back, ..CausticVolumes::PAPER };
+    *scene.techniques.edit::<CausticVolumes>() =
+        CausticVolumes { grid: Some((grid + 1, grid + 1)), faces: Faces::Back, ..CausticVolumes::PAPER };
     scene
 }

@@ -5,14 +5,14 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use nephroid_scene as scene;
+use nephroid_caustics::TECHNIQUES;
 
 fuzz_target!(|bytes: &[u8]| {
-    match scene::parse_bytes(bytes, "fuzz.ron", Path::new("")) {
+    match TECHNIQUES.parse_bytes(bytes, "fuzz.ron", Path::new("")) {
         Ok(scene) => {
             assert_eq!(scene.validate(), Ok(()), "an accepted scene is valid");
-            for setting in scene::SETTINGS {
-                if let Some(value) = (setting.get)(&scene) {
+            for setting in scene.settings() {
+                if let Some(value) = setting.get(&scene) {
                     let mut again = scene.clone();
                     assert_eq!(again.set(setting.key, &value), Ok(()), "{} takes the value it reports", setting.key);
                 }

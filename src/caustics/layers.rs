@@ -4,7 +4,7 @@ use nephroid_image::{Image, Layer, LayerError, LayerSet, STANDARD_LAYERS};
 use nephroid_pipeline::frame::{Frame, FrameOutput, TextureId};
 use nephroid_pipeline::{Surface, Texture};
 
-use super::{LayerRead, LayerSource, TechniqueFrame};
+use super::{LayerSource, Resolve, TechniqueFrame};
 
 /// The layers a frame was asked for: named ones in the caller's order, or all standard ones.
 pub(super) fn extract(built: &TechniqueFrame, output: &FrameOutput<'_>, names: Option<&[String]>) -> Result<LayerSet, LayerError> {
@@ -77,7 +77,7 @@ fn read(built: &TechniqueFrame, source: &LayerSource, output: &FrameOutput<'_>) 
     let width = (surface.width - 2 * built.margin) / samples;
     let height = (surface.height - 2 * built.margin) / samples;
     let pixel = Pixel { surface, margin: built.margin, samples };
-    let plane = |c: usize| Image::from_rows(width, height, |y, row| fill(row, |x| pixel.fold(source.read, x, y, c)));
+    let plane = |c: usize| Image::from_rows(width, height, |y, row| fill(row, |x| pixel.fold(source.resolve, x, y, c)));
     let planes = (0..source.channels).map(plane).collect::<Result<Vec<_>, _>>();
     Layer::new(source.name, planes.map_err(|error| LayerError::Size { name: source.name.to_owned(), source: error })?)
 }
@@ -106,16 +106,16 @@ impl Pixel<'_> {
         self.surface.get(self.margin + x * self.samples + half, self.margin + y * self.samples + half, c)
     }
 
-    fn fold(&self, read: LayerRead, x: u32, y: u32, c: usize) -> f32 {
-        match read {
-            LayerRead::Mean => self.sum(x, y, c) / (self.samples * self.samples) as f32,
-            LayerRead::Sum => self.sum(x, y, c),
-            LayerRead::Nearest => self.nearest(x, y, c),
-            LayerRead::WeightedMean => {
+    fn fold(&self, resolve: Resolve, x: u32, y: u32, c: usize) -> f32 {
+        match resolve {
+            Resolve::Mean => self.sum(x, y, c) / (self.samples * self.samples) as f32,
+            Resolve::Sum => self.sum(x, y, c),
+            Resolve::Nearest => self.nearest(x, y, c),
+            Resolve::WeightedMean => {
                 let weight = self.sum(x, y, 3);
                 if weight > 0.0 { self.sum(x, y, c) / weight } else { 0.0 }
             }
-            LayerRead::Depth(origin, axis) => {
+            Resolve::Depth(origin, axis) => {
                 if self.nearest(x, y, 3) == 0.0 {
                     return f32::INFINITY;
                 }

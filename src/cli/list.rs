@@ -8,6 +8,7 @@ use anyhow::Context as _;
 use clap::{Subcommand, ValueHint};
 use serde::Serialize;
 
+use crate::caustics::Techniques;
 use crate::cli::{drivers, output, renderer};
 
 /// Bytes of a scene file that are read for its first comment.
@@ -52,14 +53,16 @@ struct SceneLine {
 }
 
 /// Prints the list.
-pub fn run(low: &LowArgs) -> anyhow::Result<()> {
+pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
     match &low.what {
-        What::Techniques => print(low, &renderer::techniques(), |line| [line.name, line.summary, line.paper]),
+        What::Techniques => print(low, &renderer::technique_lines(techniques), |line| [line.name, line.summary, line.paper]),
         What::Adapters => print(low, &drivers::adapters()?, |line| {
             [line.name.as_str(), line.driver.as_str(), line.version.as_str(), line.kind.as_str(), line.rules, line.missing.as_str()]
         }),
         What::Scenes { folder } => print(low, &scenes(folder)?, |line| [line.path.as_str(), line.summary.as_str()]),
-        What::Settings => print(low, &renderer::settings(), |line| [line.key, line.default, line.unit, line.doc, line.allowed]),
+        What::Settings => {
+            print(low, &renderer::setting_lines(techniques), |line| [line.key, &line.default, line.unit, line.doc, &line.allowed])
+        }
     }
 }
 

@@ -28,6 +28,10 @@ use std::io;
 
 use clap::{Parser, Subcommand, error::ErrorKind};
 
+use crate::caustics::Techniques;
+
+pub use renderer::{SettingLine, TechniqueLine, setting_lines, technique_lines};
+
 /// Exit code of a comparison that does not agree.
 pub const EXIT_DIFFERS: u8 = 1;
 
@@ -101,15 +105,15 @@ pub enum Outcome {
     Interrupted,
 }
 
-/// Does what the command says.
-pub fn run(command: Command) -> anyhow::Result<Outcome> {
+/// Does what the command says, with these techniques.
+pub fn run(command: Command, techniques: Techniques) -> anyhow::Result<Outcome> {
     let result = match command {
-        Command::Render(low) => render::HiArgs::resolve(*low).and_then(|args| render::run(&args)).map(|()| Outcome::Done),
-        Command::Crosscheck(low) => crosscheck::HiArgs::resolve(*low).and_then(|args| crosscheck::run(&args)),
-        Command::Trace(low) => trace::HiArgs::resolve(*low).and_then(|args| trace::run(&args)),
-        Command::Compare(low) => compare::HiArgs::resolve(*low).and_then(|args| compare::run(&args)),
-        Command::Tables(low) => tables::run(&low).map(|()| Outcome::Done),
-        Command::List(low) => list::run(&low).map(|()| Outcome::Done),
+        Command::Render(low) => render::HiArgs::resolve(*low, techniques).and_then(|args| render::run(&args)).map(|()| Outcome::Done),
+        Command::Crosscheck(low) => crosscheck::HiArgs::resolve(*low, techniques).and_then(|args| crosscheck::run(&args)),
+        Command::Trace(low) => trace::HiArgs::resolve(*low, techniques).and_then(|args| trace::run(&args)),
+        Command::Compare(low) => compare::HiArgs::resolve(*low, techniques).and_then(|args| compare::run(&args)),
+        Command::Tables(low) => tables::run(&low, techniques).map(|()| Outcome::Done),
+        Command::List(low) => list::run(&low, techniques).map(|()| Outcome::Done),
     };
     match result {
         // `nephroid list scenes | head -1` is not an error.

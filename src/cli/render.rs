@@ -8,6 +8,7 @@ use anyhow::{Context as _, bail, ensure};
 use clap::ValueEnum;
 use serde::Serialize;
 
+use crate::caustics::Techniques;
 use crate::cli::args::{self, ImageSize, Setting};
 use crate::cli::files::{self, Format, Output};
 use crate::cli::progress::Progress;
@@ -123,7 +124,7 @@ pub struct HiArgs {
 
 impl HiArgs {
     /// Resolves the arguments. Reads nothing and writes nothing.
-    pub fn resolve(low: LowArgs) -> anyhow::Result<Self> {
+    pub fn resolve(low: LowArgs, techniques: Techniques) -> anyhow::Result<Self> {
         let default_folder = low.outputs.is_empty();
         let outputs = if default_folder { files::default_outputs(&low.scene, "")? } else { files::chosen_outputs(low.outputs)? };
         if let Some(layers) = &low.layers {
@@ -142,7 +143,7 @@ impl HiArgs {
         let pictures_only = outputs.iter().all(|output| output.format == Format::Png);
         let layers = low.layers.or_else(|| pictures_only.then(|| vec![PICTURE_LAYER.to_owned()]));
         if let Some(name) = &low.technique {
-            let known: Vec<_> = renderer::techniques().iter().map(|technique| technique.name).collect();
+            let known: Vec<_> = techniques.names().collect();
             ensure!(known.contains(&name.as_str()), "there is no technique `{name}`; the techniques are: {}", known.join(", "));
         }
         ensure!(
@@ -153,6 +154,7 @@ impl HiArgs {
             driver: (low.backend == Backend::Wgpu).then_some(low.adapter),
             request: Request {
                 scene: low.scene,
+                techniques,
                 technique: low.technique,
                 radiometry: low.radiometry,
                 size: low.size,
@@ -299,6 +301,7 @@ mod tests {
     use clap::Parser as _;
 
     use super::*;
+    use crate::caustics::TECHNIQUES;
 
     #[derive(clap::Parser)]
     struct Line {
@@ -307,7 +310,7 @@ mod tests {
     }
 
     fn resolve(words: &[&str]) -> anyhow::Result<HiArgs> {
-        HiArgs::resolve(Line::try_parse_from(["render"].iter().chain(words))?.low)
+        HiArgs::resolve(Line::try_parse_from(["render"].iter().chain(words))?.low, TECHNIQUES)
     }
 
     fn message(words: &[&str]) -> String {

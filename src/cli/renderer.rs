@@ -1,23 +1,26 @@
 //! The one place where the command line meets the scene and the techniques.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use serde::Serialize;
 
-use crate::caustics::{self, RenderOptions, Renderer};
+use crate::caustics::{RenderOptions, Renderer, Technique, Techniques};
 use crate::cli::args::{ImageSize, Setting};
 use crate::cli::drivers;
 use crate::cli::render::Radiometry;
 use crate::image::{LayerSet, ToneMap};
-use crate::scene::{self, SETTINGS, Scene};
+use crate::scene::{Scene, Setting as SceneSetting};
 
 /// What to render, all flags resolved.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// The scene file.
     pub scene: PathBuf,
-    /// Name of the technique, one of [`techniques`]; `None` for the first.
+    /// The techniques there are.
+    pub techniques: Techniques,
+    /// Name of the technique, one of [`Self::techniques`]; `None` for the first.
     pub technique: Option<String>,
     /// Overrides the scene's choice.
     pub radiometry: Option<Radiometry>,
@@ -65,35 +68,32 @@ pub struct SettingLine {
     /// The key for `--set`.
     pub key: &'static str,
     /// The value of a scene that does not mention it.
-    pub default: &'static str,
+    pub default: Cow<'static, str>,
     /// Unit of the value.
     pub unit: &'static str,
     /// The values allowed.
-    pub allowed: &'static str,
+    pub allowed: Cow<'static, str>,
     /// What it sets.
     pub doc: &'static str,
 }
 
-/// All techniques, in the order of their table; the first is the default.
-pub fn techniques() -> Vec<TechniqueLine> {
-    let line = |technique: &&dyn caustics::Technique| TechniqueLine {
-        name: technique.name(),
-        summary: technique.summary(),
-        paper: technique.paper(),
-    };
-    caustics::TECHNIQUES.iter().map(line).collect()
+/// What `list techniques` shows: techniques in the order of their table; the first is the default.
+pub fn technique_lines(techniques: Techniques) -> Vec<TechniqueLine> {
+    let line =
+        |technique: &&dyn Technique| TechniqueLine { name: technique.name(), summary: technique.summary(), paper: technique.paper() };
+    techniques.iter().map(line).collect()
 }
 
-/// All keys that `--set` knows, in the order of their table.
-pub fn settings() -> Vec<SettingLine> {
-    let line = |setting: &scene::Setting| SettingLine {
+/// What `list settings` shows: all keys that `--set` knows, in the order of their tables.
+pub fn setting_lines(techniques: Techniques) -> Vec<SettingLine> {
+    let line = |setting: SceneSetting| SettingLine {
         key: setting.key,
         default: setting.default,
         unit: setting.unit,
         allowed: setting.allowed,
         doc: setting.doc,
     };
-    SETTINGS.iter().map(line).collect()
+    techniques.settings().into_iter().map(line).collect()
 }
 
 /// A scene that is ready to be rendered.
@@ -106,23 +106,24 @@ pub struct Prepared {
 /// Finds the technique, loads the scene and applies the overrides: flags first, then `--set` in the order given, so that the last word wins.
 pub fn prepare(request: &Request) -> anyhow::Result<Prepared> {
     let technique = match &request.technique {
-        Some(name) => caustics::technique(name)?.name(),
-        None => caustics::TECHNIQUES.first().context("no technique is built in")?.name(),
+        Some(name) => request.techniques.find(name)?.name(),
+        None => request.techniques.first().context("no technique is built in")?.name(),
     };
     let radiometry = request.radiometry.map(|radiometry| (technique, radiometry));
-    let scene = load(&request.scene, radiometry, request.size, request.time_s, &request.settings)?;
+    let scene = load(request.techniques, &request.scene, radiometry, request.size, request.time_s, &request.settings)?;
     Ok(Prepared { technique, scene })
 }
 
 /// Loads a scene and applies overrides in this order.
 pub fn load(
+    techniques: Techniques,
     path: &Path,
     radiometry: Option<(&str, Radiometry)>,
     size: Option<ImageSize>,
     time_s: Option<f32>,
     settings: &[Setting],
 ) -> anyhow::Result<Scene> {
-    let mut scene = scene::load(path)?;
+    let mut scene = techniques.load(path)?;
     if let Some((technique, radiometry)) = radiometry {
         scene.set(&format!("{technique}.radiometry"), radiometry.name()).context("cannot apply --radiometry")?;
     }
@@ -144,6 +145,7 @@ pub fn render(request: &Request, prepared: &Prepared, driver: Option<Option<&str
     let Prepared { technique, scene } = prepared;
     let mut options = RenderOptions {
         technique: (*technique).to_owned(),
+        techniques: request.techniques,
         memory_limit_bytes: request.memory_limit_bytes,
         layers: request.layers.clone(),
         ..RenderOptions::default()

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context as _;
 use serde::Serialize;
 
+use crate::caustics::Techniques;
 use crate::cli::args::{self, ImageSize, Setting};
 use crate::cli::files::{self, Format, Output};
 use crate::cli::progress::Progress;
@@ -83,6 +84,8 @@ pub struct LowArgs {
 /// The arguments as meant.
 #[derive(Debug)]
 pub struct HiArgs {
+    /// The techniques whose settings the scene may have; none is used.
+    techniques: Techniques,
     low: LowArgs,
     outputs: Vec<Output>,
     default_folder: bool,
@@ -93,14 +96,14 @@ pub struct HiArgs {
 
 impl HiArgs {
     /// Resolves the arguments. Reads nothing and writes nothing.
-    pub fn resolve(mut low: LowArgs) -> anyhow::Result<Self> {
+    pub fn resolve(mut low: LowArgs, techniques: Techniques) -> anyhow::Result<Self> {
         let default_folder = low.outputs.is_empty();
         let chosen = std::mem::take(&mut low.outputs);
         let outputs = if default_folder { files::default_outputs(&low.scene, ".truth")? } else { files::chosen_outputs(chosen)? };
         let endless = low.time_limit.is_some() || low.error.is_some();
         let photons = low.photons.unwrap_or(if endless { u64::MAX } else { DEFAULT_PHOTONS });
         let state = state_path(&outputs.last().context("there is no file to write")?.path);
-        Ok(Self { low, outputs, default_folder, state, photons })
+        Ok(Self { techniques, low, outputs, default_folder, state, photons })
     }
 }
 
@@ -132,7 +135,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     interrupt::install_patient()?;
     let start = Instant::now();
     let low = &args.low;
-    let scene = renderer::load(&low.scene, None, low.size, low.time, &low.settings)?;
+    let scene = renderer::load(args.techniques, &low.scene, None, low.size, low.time, &low.settings)?;
     if args.default_folder {
         files::make_default_folder()?;
     }
@@ -308,6 +311,7 @@ mod tests {
     use clap::Parser as _;
 
     use super::*;
+    use crate::caustics::TECHNIQUES;
 
     #[derive(clap::Parser)]
     struct Line {
@@ -316,7 +320,7 @@ mod tests {
     }
 
     fn resolve(words: &[&str]) -> anyhow::Result<HiArgs> {
-        HiArgs::resolve(Line::try_parse_from(["trace"].iter().chain(words))?.low)
+        HiArgs::resolve(Line::try_parse_from(["trace"].iter().chain(words))?.low, TECHNIQUES)
     }
 
     #[test]

@@ -308,15 +308,15 @@ fn split_attributes(text: &str) -> (String, String) {
 mod tests {
     use super::*;
     use crate::conformance::program::program;
-    use nephroid_caustics::{RenderOptions, Renderer};
+    use nephroid_caustics::{RenderOptions, Renderer, TECHNIQUES};
 
     /// Every program of a shipped scene's frame, and the conformance programs.
     fn programs() -> Vec<std::sync::Arc<Program>> {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/pool.ron");
-        let mut scene = nephroid_scene::load(&path).unwrap();
+        let mut scene = TECHNIQUES.load(&path).unwrap();
         (scene.image.width, scene.image.height) = (16, 16);
         scene.time_s = 0.0;
-        scene.techniques.caustic_volumes.grid = Some((9, 9));
+        scene.techniques.coarsen();
         let frame = Renderer::new(&scene, &RenderOptions::default()).unwrap().build(&scene).unwrap().frame;
         let mut programs: Vec<_> = frame.pipelines.into_iter().map(|p| p.program).collect();
         programs.extend([Interpolation::Flat, Interpolation::Linear, Interpolation::Perspective].map(program));

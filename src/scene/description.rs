@@ -1,6 +1,6 @@
 //! A whole scene, as plain data.
 
-use serde::de::{Error, SeqAccess, Visitor};
+use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::bridge;
@@ -66,8 +66,9 @@ pub struct Scene {
     /// The moment shown, s since the water was started, from 0 to 86400. Default: 0
     #[serde(default)]
     pub time_s: f32,
-    /// Settings of the techniques. Default: all their defaults
-    #[serde(default)]
+    /// Settings of the techniques, which [`load`](super::load()) reads by the tables it is given; for `serde` alone they are the defaults.
+    /// Default: all their defaults
+    #[serde(default, deserialize_with = "read_later")]
     pub techniques: TechniqueSettings,
     /// Settings of the ground truth. Default: all their defaults
     #[serde(default)]
@@ -150,6 +151,11 @@ impl Scene {
     pub fn sun(&self) -> Option<(usize, &Light)> {
         self.lights.iter().enumerate().find(|(_, light)| light.is_directional())
     }
+}
+
+/// Passes over the settings of techniques: which there are is not known to the type.
+fn read_later<'de, D: Deserializer<'de>>(deserializer: D) -> Result<TechniqueSettings, D::Error> {
+    IgnoredAny::deserialize(deserializer).map(|_| TechniqueSettings::default())
 }
 
 /// Reads a list of objects and stops at the first one too many, before a crafted file fills the memory.

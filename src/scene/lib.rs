@@ -1,7 +1,8 @@
 //! Scene descriptions: what there is to see, as plain data read from RON files.
 //!
 //! A [`Scene`] holds camera, lights, environment, water, medium, objects, tone and the settings of the techniques; [`load()`] reads and
-//! validates one, [`Scene::set`] changes one value by its command-line key. Every field is documented with its unit and default; unknown
+//! validates one, [`Scene::set`] changes one value by its command-line key. No technique is known here: each states its settings as a table of
+//! rows ([`settings!`](macro@settings)), and whoever reads a scene names the tables that it may use. Every field is documented with its unit and default; unknown
 //! fields are errors; an error names file, line, column, the value seen and the values allowed. Lengths are in metres, times in seconds, y
 //! is up, colours are linear RGB.
 //!
@@ -37,7 +38,7 @@ pub use camera::Camera;
 pub use check::{Invalid, MAX_LENGTH_M, MAX_LIGHT};
 pub use description::{Image, MAX_IMAGE_PX, MAX_OBJECTS, MAX_TIME_S, MAX_TRIANGLES, Scene};
 pub use environment::{Environment, SunDisc};
-pub use keys::{Refusal, SETTINGS, Setting, SettingError};
+pub use keys::{Refusal, Setting, SettingError, settings};
 pub use light::{Aim, Incident, Light, MAX_LIGHTS, spot_falloff};
 pub use load::{MAX_FILE_BYTES, SceneError, load, parse, parse_bytes};
 pub use material::{Albedo, MAX_TILE_COLOURS, Material};
@@ -47,7 +48,7 @@ pub use names::nearest;
 pub use object::{Object, Transform};
 pub use pattern::PatternUniform;
 pub use settings::{
-    BeamCulling, BeamShadows, CausticVolumes, EnergyAt, EyeRefraction, Faces, Gather, LightVolumes, MAX_GRID, Radiometry, TechniqueSettings,
+    Allowed, Bounded, Choice, EyeRefraction, Field, Group, Limits, MAX_GRID, Plain, Radiometry, Row, Settings, TechniqueSettings, limits,
 };
 pub use shape::{MESH_EXTENSIONS, Shape};
 pub use smoke::{Density, DensityGrid, MAX_SMOKE_CELLS, Smoke};

@@ -1,7 +1,7 @@
 //! Scene files: from bytes to a valid [`Scene`], or to one error that names the file, the line and the column.
 //!
-//! Three steps, each of which stops at its first error: the brackets of the whole text ([`Tree::parse`]), the types and names of the
-//! fields ([`read`]), the ranges of the values ([`Scene::validate`]). An error of the last carries a path such as
+//! Four steps, each of which stops at its first error: the brackets of the whole text ([`Tree::parse`]), the types and names of the
+//! fields ([`read`]), those of the techniques' settings, by the tables that the caller knows, the ranges of the values ([`Scene::validate`]). An error of the last carries a path such as
 //! `lights[1].irradiance`, which is then looked up in the text.
 //!
 //! Memory: the text (at most [`MAX_FILE_BYTES`]), the places of its values (12 times the text, for one that is all lists of digits), at
@@ -13,10 +13,11 @@ use std::path::Path as FilePath;
 
 use super::description::Scene;
 use super::names::nearest;
+use super::settings::{Settings, TechniqueSettings};
 use super::source::Source;
-use super::text::read::{Misfit, Problem, read};
+use super::text::read::{Misfit, Problem, read, read_with};
 use super::text::tree::Tree;
-use super::text::{Path, Position, excerpt};
+use super::text::{Path, Position, Step, excerpt};
 
 /// Largest scene file that is read, bytes.
 pub const MAX_FILE_BYTES: u64 = 16 << 20;
@@ -108,24 +109,25 @@ fn did_you_mean(nearest: &Option<String>) -> String {
     nearest.as_ref().map(|name| format!(" (did you mean `{name}`?)")).unwrap_or_default()
 }
 
-/// Reads and validates the scene file `file`; mesh files are looked up beside it.
-pub fn load(file: &FilePath) -> Result<Scene, SceneError> {
+/// Reads and validates the scene file `file`; mesh files are looked up beside it. `techniques` are the settings that it may have for
+/// techniques, none for a reader that knows no technique.
+pub fn load(file: &FilePath, techniques: &[&'static dyn Settings]) -> Result<Scene, SceneError> {
     let name = file.display().to_string();
     let cannot_read = |cause: std::io::Error| SceneError::Read { file: name.clone(), cause: cause.to_string() };
     let mut bytes = Vec::new();
     let opened = std::fs::File::open(file).map_err(cannot_read)?;
     // One byte more than allowed: a file that grows, or a device without an end, is cut here as well.
     opened.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(cannot_read)?;
-    parse_bytes(&bytes, &name, file.parent().unwrap_or(FilePath::new("")))
+    parse_bytes(&bytes, &name, file.parent().unwrap_or(FilePath::new("")), techniques)
 }
 
 /// Reads and validates a scene from the bytes of a file; see [`parse`].
-pub fn parse_bytes(bytes: &[u8], file: &str, base_dir: &FilePath) -> Result<Scene, SceneError> {
+pub fn parse_bytes(bytes: &[u8], file: &str, base_dir: &FilePath, techniques: &[&'static dyn Settings]) -> Result<Scene, SceneError> {
     if bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(SceneError::TooLarge { file: file.to_owned(), limit: MAX_FILE_BYTES });
     }
     match std::str::from_utf8(bytes) {
-        Ok(text) => parse(text, file, base_dir),
+        Ok(text) => parse(text, file, base_dir, techniques),
         Err(error) => {
             let (valid, rest) = bytes.split_at(error.valid_up_to());
             let at = Position::of(&String::from_utf8_lossy(valid), valid.len());
@@ -134,8 +136,9 @@ pub fn parse_bytes(bytes: &[u8], file: &str, base_dir: &FilePath) -> Result<Scen
     }
 }
 
-/// Reads and validates a scene from a text. `file` is the name that errors print, `base_dir` the folder of its mesh files.
-pub fn parse(text: &str, file: &str, base_dir: &FilePath) -> Result<Scene, SceneError> {
+/// Reads and validates a scene from a text. `file` is the name that errors print, `base_dir` the folder of its mesh files;
+/// `techniques` as in [`load`].
+pub fn parse(text: &str, file: &str, base_dir: &FilePath, techniques: &[&'static dyn Settings]) -> Result<Scene, SceneError> {
     if text.len() as u64 > MAX_FILE_BYTES {
         return Err(SceneError::TooLarge { file: file.to_owned(), limit: MAX_FILE_BYTES });
     }
@@ -146,6 +149,11 @@ pub fn parse(text: &str, file: &str, base_dir: &FilePath) -> Result<Scene, Scene
         syntax(at, "an attribute that RON does not have".to_owned(), "`#![enable(...)]` with RON's extensions".to_owned())
     })?;
     let mut scene: Scene = read(&tree, extensions).map_err(|misfit| scene_error(&tree, misfit, file))?;
+    scene.techniques = TechniqueSettings::new(techniques);
+    let (node, steps) = tree.find(&Path(vec![Step::Name("techniques".to_owned())]));
+    if steps == 1 {
+        read_with(&tree, extensions, node, |value| scene.techniques.read(value)).map_err(|misfit| scene_error(&tree, misfit, file))?;
+    }
     scene.source = Source::new(file, base_dir, text);
     scene.validate().map_err(|invalid| scene.source.value_error(invalid))?;
     Ok(scene)

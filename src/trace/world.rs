@@ -250,7 +250,7 @@ mod tests {
 
     fn world(objects: &str) -> Result<World, TraceError> {
         let text = format!("(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), objects: [{objects}])");
-        World::new(&nephroid_scene::parse(&text, "world", Path::new("")).unwrap(), None, Level::new())
+        World::new(&nephroid_scene::parse(&text, "world", Path::new(""), &[]).unwrap(), None, Level::new())
     }
 
     #[test]
@@ -359,7 +359,7 @@ mod tests {
         assert_eq!(glass("UvSphere(radius_m: 1)", "").unwrap().turned, 0);
         let lit = "(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), lights: [Point(position: (0.1, 0, 0), intensity: (1, 1, 1))], \
                    objects: [(shape: Cuboid(size_m: (1, 1, 1)))])";
-        let scene = nephroid_scene::parse(lit, "lit", Path::new("")).unwrap();
+        let scene = nephroid_scene::parse(lit, "lit", Path::new(""), &[]).unwrap();
         let inside = World::new(&scene, None, Level::new()).err().unwrap().to_string();
         assert!(inside.starts_with("light 0 at (0.1, 0, 0) is inside object 0"), "{inside}");
     }
@@ -367,7 +367,7 @@ mod tests {
     #[test]
     fn glass_that_faces_in_is_turned_over_and_counted() {
         let scene = "(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), objects: [(shape: UvSphere(), material: Dielectric())])";
-        let scene = nephroid_scene::parse(scene, "turned", Path::new("")).unwrap();
+        let scene = nephroid_scene::parse(scene, "turned", Path::new(""), &[]).unwrap();
         let mut mesh = scene.mesh(0).unwrap();
         for triangle in mesh.indices.chunks_exact_mut(3) {
             triangle.swap(1, 2);

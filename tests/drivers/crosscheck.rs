@@ -5,7 +5,8 @@
 use std::sync::Arc;
 
 use nephroid::caustics::builder::{Contributions, FrameBuilder, ViewOptions};
-use nephroid::caustics::{Receivers, RenderOptions, Renderer};
+use nephroid::caustics::light_volumes::LightVolumes;
+use nephroid::caustics::{Receivers, RenderOptions, Renderer, TECHNIQUES};
 use nephroid::frame::{BindEntry, ColorTarget, DepthTarget, Executor as _, Frame, FrameDraw, FrameError, FramePass};
 use nephroid::frame::{Contents, stream_draw};
 use nephroid::geom::shapes::{Cylinder, UvSphere};
@@ -21,9 +22,9 @@ use nephroid::pipeline::state::{
     TextureFormat, Viewport,
 };
 use nephroid::pipeline::{Buffer, Device, DeviceOptions, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
-use nephroid::scene::{EyeRefraction, LightVolumes, Shape};
+use nephroid::scene::{EyeRefraction, Shape};
 
-use crate::support::scene_of_size;
+use crate::support::{self, scene_of_size, techniques};
 
 /// Side of the targets, pixels.
 const SIZE: u32 = 64;
@@ -120,7 +121,7 @@ fn compare(gpu: &Gpu, on_cpu: &Frame, on_gpu: &Frame, mode: Mode) -> (Report, Op
     let device = device();
     let rules = gpu.adapter().family().candidates()[0].1;
     let [on_cpu, on_gpu] = [on_cpu, on_gpu].map(|frame| Frame { rules, ..frame.clone() });
-    let report = crosscheck(gpu, &device, &on_cpu, &on_gpu, mode, |_, _| {}).expect("the frame runs");
+    let report = crosscheck(gpu, &device, &on_cpu, &on_gpu, mode, &techniques().bounds(), |_, _| {}).expect("the frame runs");
     let failure = report.first_failure();
     let located = failure.and_then(|f| locate(gpu, &device, &on_cpu, &on_gpu, mode, f).expect("the frame runs again"));
     (report, located)
@@ -198,9 +199,33 @@ fn planted_faults_are_traced_to_their_pass_and_draw() {
 /// The smallest scene at a small size, under an adapter's rules.
 fn scene_frame(size: u32) -> Frame {
     let mut scene = scene_of_size("analytic/sine_water.ron", (size, size));
-    scene.techniques.caustic_volumes.shadow_map_size = 128;
+    scene.set(&format!("{}.shadow_map_size", TECHNIQUES[0].settings().key()), "128").expect("a small map");
     let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("a renderer");
     renderer.build(&scene).expect("a frame").frame
+}
+
+#[test]
+fn every_technique_agrees_in_every_variant() {
+    for gpu in gpus() {
+        for (technique, variant) in support::variants() {
+            let mut scene = scene_of_size("analytic/sine_water.ron", (64, 64));
+            variant.apply(&mut scene);
+            scene.techniques.coarsen();
+            technique.coarsen(&mut scene);
+            // A driver takes milliseconds for each draw, and there are techniques that draw each triangle of the water by itself.
+            let grid = format!("{}.grid", technique.settings().key());
+            if scene.get(&grid).is_ok() {
+                scene.set(&grid, "9x9").expect("a small grid");
+            }
+            let options = RenderOptions { technique: technique.name().to_owned(), techniques: techniques(), ..RenderOptions::default() };
+            let frame = Renderer::new(&scene, &options).expect("a renderer").build(&scene).expect("a frame").frame;
+            for mode in [Mode::FreeRunning, Mode::Resynchronised] {
+                let (report, located) = compare(&gpu, &frame, &frame, mode);
+                let title = gpu.adapter().title();
+                assert!(report.agrees(), "{title}, {}, {mode:?}: {located:?} {report:?}", variant.label(technique));
+            }
+        }
+    }
 }
 
 #[test]
@@ -213,7 +238,7 @@ fn beams_of_mirrors_and_glass_agree() {
         for (name, shape) in &shapes {
             let mut scene = scene_of_size(name, (128, 72));
             scene.objects[1].shape = shape.clone();
-            let settings = &mut scene.techniques.light_volumes;
+            let settings = scene.techniques.edit::<LightVolumes>();
             *settings = LightVolumes { generator_edge: 1.0, shadow_map_size: 256, receiver_culling: true, ..LightVolumes::default() };
             let options = RenderOptions { technique: "light-volumes".into(), ..RenderOptions::default() };
             let frame = Renderer::new(&scene, &options).expect("a renderer").build(&scene).expect("a frame").frame;
@@ -376,7 +401,7 @@ fn unknown_adapters_and_missing_twins_are_told() {
         let mut without = (*program(Interpolation::Flat)).clone();
         without.wgsl = None;
         frame.pipelines[0].program = Arc::new(without);
-        let report = crosscheck(&gpu, &device(), &frame, &frame, Mode::FreeRunning, |_, _| {});
+        let report = crosscheck(&gpu, &device(), &frame, &frame, Mode::FreeRunning, &[], |_, _| {});
         assert!(matches!(report, Err(GpuError::Twin { .. })), "{report:?}");
     }
 }
@@ -395,7 +420,7 @@ fn a_missing_feature_is_named_with_the_adapters_that_have_it() {
             eprintln!("not run: {} lacks nothing that could be asked for", gpu.adapter().title());
             continue;
         }
-        let error = crosscheck(&gpu, &device(), &frame, &frame, Mode::FreeRunning, |_, _| {}).expect_err("it is missing").to_string();
+        let error = crosscheck(&gpu, &device(), &frame, &frame, Mode::FreeRunning, &[], |_, _| {}).expect_err("it is missing").to_string();
         let others: Vec<_> = adapters().into_iter().filter(|a| !a.line().missing.contains(&feature)).collect();
         assert!(error.contains(feature) && error.contains(gpu.adapter().name()), "{error}");
         assert!(others.iter().all(|a| error.contains(a.name())), "{error}");

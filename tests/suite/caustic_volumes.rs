@@ -2,6 +2,7 @@
 //! factor between the two radiometries. Numbers T1 and so on are those of `docs/techniques/caustic-volumes.md`.
 
 use glam::Vec3;
+use nephroid::caustics::caustic_volumes::{CausticVolumes, Faces};
 use nephroid::caustics::{RenderOptions, Renderer};
 use nephroid::scene::{Aim, Camera, Light, Medium, Radiometry, Scene};
 
@@ -14,7 +15,7 @@ const T1_BOUND: f64 = 1.0e-4;
 /// A scene, with one sample per pixel: irradiance is compared at points.
 fn scene(name: &str) -> Scene {
     let mut scene = support::scene(&format!("analytic/{name}"));
-    scene.techniques.caustic_volumes.samples = 1;
+    scene.techniques.edit::<CausticVolumes>().samples = 1;
     scene
 }
 
@@ -30,7 +31,7 @@ fn flat_water(angle_deg: f32, radiometry: Radiometry, medium: Medium) -> Scene {
     let mut scene = scene("flat_water.ron");
     scene.lights = vec![Light::Directional { aim: Aim::Sun { azimuth_deg: 30.0, elevation_deg: 90.0 - angle_deg }, irradiance: Vec3::ONE }];
     scene.medium = medium;
-    scene.techniques.caustic_volumes.radiometry = radiometry;
+    scene.techniques.edit::<CausticVolumes>().radiometry = radiometry;
     scene
 }
 
@@ -66,7 +67,7 @@ fn flat_water_absorbs_by_beer_and_lambert() {
     let medium = Medium { sigma_a: Vec3::new(0.3, 0.1, 0.0), sigma_s: Vec3::new(0.1, 0.0, 0.0), g: 0.0 };
     for angle in ANGLES_DEG {
         let mut scene = flat_water(angle, Radiometry::Physical, medium);
-        scene.techniques.caustic_volumes.negligible_light = 0.0;
+        scene.techniques.edit::<CausticVolumes>().negligible_light = 0.0;
         let (_, values) = irradiance(&scene);
         let (cos_i, cos_t, transmittance) = flat_truth(angle);
         let truth = cos_i * transmittance * libm::exp(-0.4 / cos_t);
@@ -90,11 +91,11 @@ fn paper_radiometry_differs_by_one_over_the_cosine() {
 
 #[test]
 fn both_faces_of_the_volumes_give_the_same_light() {
-    use nephroid::scene::Faces;
+    use Faces;
     let mut scene = flat_water(45.0, Radiometry::Physical, Medium::VACUUM);
-    scene.techniques.caustic_volumes.faces = Faces::Front;
+    scene.techniques.edit::<CausticVolumes>().faces = Faces::Front;
     let (_, front) = irradiance(&scene);
-    scene.techniques.caustic_volumes.faces = Faces::Back;
+    scene.techniques.edit::<CausticVolumes>().faces = Faces::Back;
     let (_, back) = irradiance(&scene);
     assert_eq!(front, back);
 }

@@ -6,6 +6,7 @@
 //! bounded here on meshes that are finer and finer, and must shrink with them.
 
 use glam::Vec3;
+use nephroid::caustics::caustic_volumes::CausticVolumes;
 use nephroid::caustics::{RenderOptions, Renderer};
 use nephroid::scene::{Aim, Light, Scene};
 use rayon::prelude::*;
@@ -20,7 +21,7 @@ const EVEN: f64 = 1.0e-4;
 /// A scene, with one sample per pixel: irradiance is compared at points.
 fn scene(name: &str, size: u32) -> Scene {
     let mut scene = support::scene_of_size(&format!("analytic/{name}"), (size, size));
-    scene.techniques.caustic_volumes.samples = 1;
+    scene.techniques.edit::<CausticVolumes>().samples = 1;
     scene
 }
 
@@ -96,7 +97,7 @@ fn sine_wave_follows_the_whole_curve_away_from_folds() {
     let mut errors = Vec::new();
     for columns in [129, 257, 513] {
         let mut scene = scene("sine_water.ron", size);
-        scene.techniques.caustic_volumes.grid = Some((columns, 2));
+        scene.techniques.edit::<CausticVolumes>().grid = Some((columns, 2));
         let values = irradiance(&scene);
         let (rms, count) = error(&values, &here);
         assert!(count > 2000, "{count}");
@@ -121,7 +122,7 @@ fn crossed_waves_gather_light_along_both_axes() {
     let mut crest = Vec::new();
     for grid in [65, 129, 257] {
         let mut scene = scene("crossed_sines.ron", size);
-        scene.techniques.caustic_volumes.grid = Some((grid, grid));
+        scene.techniques.edit::<CausticVolumes>().grid = Some((grid, grid));
         let values = irradiance(&scene);
         let pairs = values.iter().zip(&truths);
         errors.push((pairs.map(|(v, t)| (v / t - 1.0) * (v / t - 1.0)).sum::<f64>() / values.len() as f64).sqrt());
@@ -140,7 +141,7 @@ fn crossed_waves_conserve_energy() {
     let crossed = Crossed::SHIPPED;
     for (depth, size, bound) in [(0.75, 512, 1.0e-3), (1.5, 2999, 5.0e-3)] {
         let mut scene = scene("crossed_sines.ron", size);
-        scene.techniques.caustic_volumes.grid = Some((257, 257));
+        scene.techniques.edit::<CausticVolumes>().grid = Some((257, 257));
         scene.objects[0].transform.translate.y = crossed.level(depth * crossed.wave.focus_depth()) as f32;
         let values = irradiance(&scene);
         let ratio = values.iter().sum::<f64>() / values.len() as f64 / crossed.mean_of_period();

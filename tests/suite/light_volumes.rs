@@ -7,6 +7,7 @@ use nephroid::caustics::beams::Beam;
 use nephroid::caustics::light_volumes::frame::{REFERENCE, stencil_state};
 use nephroid::caustics::light_volumes::shaders::{BeamSlot, BeamsUniform, beam_program};
 use nephroid::caustics::light_volumes::slices::Slices;
+use nephroid::caustics::light_volumes::{BeamCulling, BeamShadows, EnergyAt, Gather, LightVolumes};
 use nephroid::caustics::{RenderOptions, Rendered, Renderer};
 use nephroid::frame::{BindEntry, CpuExecutor, DepthTarget, Executor, Frame, FrameDraw, FramePass};
 use nephroid::math::rng::uniform3;
@@ -15,7 +16,7 @@ use nephroid::passes::shadow_map::LightUniform;
 use nephroid::pipeline::sampler::Sampler;
 use nephroid::pipeline::state::{CompareFunction, PixelRect, PrimitiveState, TextureFormat, Viewport};
 use nephroid::pipeline::{Buffer, Device, DeviceOptions, LoadOp, PassOutput, RenderPipelineDescriptor, TextureDescriptor};
-use nephroid::scene::{Aim, BeamCulling, BeamShadows, EnergyAt, Gather, Light, LightVolumes, Medium, Radiometry, Scene};
+use nephroid::scene::{Aim, Light, Medium, Radiometry, Scene};
 
 use crate::analytic::truths::optics;
 use crate::analytic::truths::water::Crossed;
@@ -52,7 +53,7 @@ fn flat_water(angle_deg: f32, settings: LightVolumes, medium: Medium) -> Scene {
     (scene.image.width, scene.image.height) = (64, 64);
     scene.lights = vec![Light::Directional { aim: Aim::Sun { azimuth_deg: 30.0, elevation_deg: 90.0 - angle_deg }, irradiance: Vec3::ONE }];
     scene.medium = medium;
-    scene.techniques.light_volumes = settings;
+    *scene.techniques.edit::<LightVolumes>() = settings;
     scene
 }
 
@@ -112,7 +113,7 @@ fn crossed_waves_conserve_energy() {
     for (depth, size, bound) in [(0.75, 512, 2.0e-3), (1.5, 2999, 1.0e-2)] {
         let mut scene = scene("analytic/crossed_sines.ron");
         (scene.image.width, scene.image.height) = (size, size);
-        scene.techniques.light_volumes = LightVolumes { grid: Some((257, 257)), ..LightVolumes::default() };
+        *scene.techniques.edit::<LightVolumes>() = LightVolumes { grid: Some((257, 257)), ..LightVolumes::default() };
         scene.objects[0].transform.translate.y = crossed.level(depth * crossed.wave.focus_depth()) as f32;
         let values = irradiance(&scene);
         let ratio = values.iter().sum::<f64>() / values.len() as f64 / crossed.mean_of_period();
@@ -135,11 +136,11 @@ fn culling_changes_no_picture() {
             let (grid, shadows) = (Some((33, 29)), BeamShadows::Vertices);
             let base = if paper { LightVolumes::PAPER } else { LightVolumes::default() };
             let settings = LightVolumes { grid, shadows, ..base };
-            scene.techniques.light_volumes = settings;
+            *scene.techniques.edit::<LightVolumes>() = settings;
             // Meshes and water are made once; only how beams are culled differs from frame to frame.
             let mut renderer = renderer(&scene, &["color", "caustic_irradiance"]);
             let mut of = |scene: &mut Scene, settings| {
-                scene.techniques.light_volumes = settings;
+                *scene.techniques.edit::<LightVolumes>() = settings;
                 let rendered = renderer.render(scene, None).expect("frame");
                 (
                     rendered.layers.clone(),
@@ -162,8 +163,8 @@ fn culling_changes_no_picture() {
             if !paper {
                 let (whole, ..) = of(&mut scene, LightVolumes { culling: BeamCulling::Off, ..settings });
                 assert_eq!(whole, picture, "{name}, whole beams");
-                scene.techniques.light_volumes.depth_below_floor_m += 0.5;
-                let deeper = scene.techniques.light_volumes;
+                scene.techniques.edit::<LightVolumes>().depth_below_floor_m += 0.5;
+                let deeper = *scene.techniques.get::<LightVolumes>();
                 assert_ne!(of(&mut scene, deeper).0, picture, "the comparison cannot fail");
             }
         }
@@ -174,7 +175,7 @@ fn culling_changes_no_picture() {
 #[test]
 fn more_beams_than_can_be_drawn_are_refused_before_they_are_made() {
     let mut scene = scene("pots.ron");
-    scene.techniques.light_volumes.grid = Some((1026, 1025));
+    scene.techniques.edit::<LightVolumes>().grid = Some((1026, 1025));
     let options = RenderOptions { technique: "light-volumes".into(), ..RenderOptions::default() };
     let error = Renderer::new(&scene, &options).expect("device").render(&scene, None).expect_err("too many");
     let text = error.to_string();
@@ -198,7 +199,7 @@ fn shadow_culling_takes_what_is_in_shadow_and_nothing_at_a_hundred_per_cent() {
     let mut scene = covered();
     let of = |scene: &mut Scene, shadows, least_shadow| {
         let settings = LightVolumes { shadows, least_shadow, grid: Some((65, 65)), ..LightVolumes::default() };
-        scene.techniques.light_volumes = settings;
+        *scene.techniques.edit::<LightVolumes>() = settings;
         render(scene, &["caustic_irradiance"])
     };
     let unculled = of(&mut scene, BeamShadows::Vertices, 0.65);
@@ -232,7 +233,7 @@ fn shadow_culling_takes_what_is_in_shadow_and_nothing_at_a_hundred_per_cent() {
 #[test]
 fn cached_answers_are_those_of_passes_that_run_again() {
     let mut scene = covered();
-    scene.techniques.light_volumes = LightVolumes { grid: Some((33, 33)), receiver_culling: true, ..LightVolumes::default() };
+    *scene.techniques.edit::<LightVolumes>() = LightVolumes { grid: Some((33, 33)), receiver_culling: true, ..LightVolumes::default() };
     let options = RenderOptions { technique: "light-volumes".into(), ..RenderOptions::default() };
     let built = Renderer::new(&scene, &options).and_then(|mut renderer| renderer.build(&scene)).expect("the scene builds");
     let mut frame = built.frame;

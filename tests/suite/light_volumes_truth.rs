@@ -1,10 +1,11 @@
 //! `light-volumes` against light that was traced, and its beams of mirrors and glass against analytic truth (T7).
 
 use glam::Vec3;
+use nephroid::caustics::light_volumes::{BeamShadows, LightVolumes};
 use nephroid::caustics::{RenderOptions, Renderer};
 use nephroid::geom::shapes::Cylinder;
 use nephroid::image::Layer;
-use nephroid::scene::{BeamShadows, Material, Scene, Shape};
+use nephroid::scene::{Material, Scene, Shape};
 use nephroid::trace::{Points, TraceOptions, Tracer};
 
 use crate::analytic::truths;
@@ -73,8 +74,8 @@ fn a_ring_makes_half_of_a_nephroid() {
     let truth = truths::ring::Nephroid { elevation: std::f64::consts::FRAC_PI_4, height: 0.8, reflectance: 1.0 };
     let mut scene = scene("analytic/mirror_ring.ron", (SIDE, SIDE));
     // Many planes: the walls of a ring are upright, and what is swept from them changes quickly. Many samples: at a fold, light is in few places.
-    scene.techniques.light_volumes.planes = 33;
-    scene.techniques.light_volumes.samples = 8;
+    scene.techniques.edit::<LightVolumes>().planes = 33;
+    scene.techniques.edit::<LightVolumes>().samples = 8;
     // Normals are smooth, and the chords of so many sides are a ten-thousandth off.
     scene.objects[0].shape = Shape::Cylinder(Cylinder { radius_m: 1.0, height_m: 0.8, slices: 256, open: true });
     let at = |column: u32, row: u32| (row * SIDE + column) as usize;
@@ -105,8 +106,8 @@ fn a_ring_makes_half_of_a_nephroid() {
 #[test]
 fn glass_gathers_the_light_that_photons_gather() {
     let mut scene = scene("ball.ron", (320, 180));
-    scene.techniques.light_volumes.samples = 8;
-    scene.techniques.light_volumes.shadow_map_size = 512;
+    scene.techniques.edit::<LightVolumes>().samples = 8;
+    scene.techniques.edit::<LightVolumes>().shadow_map_size = 512;
     let (drawn, points) = render(&scene);
     let truth = traced(&scene, points, 4_000_000);
     let (ratio, off) = (energy_ratio(pairs(&drawn, &truth)), error(pairs(&drawn, &truth)));
@@ -121,7 +122,7 @@ fn glass_gathers_the_light_that_photons_gather() {
 #[test]
 fn shadows_are_where_photons_leave_them() {
     let mut scene = scene("jetty.ron", (192, 144));
-    scene.techniques.light_volumes.samples = 3;
+    scene.techniques.edit::<LightVolumes>().samples = 3;
     let (drawn, points) = render(&scene);
     let truth = traced(&scene, points, 3_000_000);
     let lit = pairs(&drawn, &truth).map(|pair| pair.1).sum::<f64>() / truth.iter().flatten().count() as f64;
@@ -132,7 +133,7 @@ fn shadows_are_where_photons_leave_them() {
     };
     let (ratio, with) = (energy_ratio(pairs(&drawn, &truth)), agreement(&drawn));
     let rest = |scene: &mut Scene, shadows| {
-        scene.techniques.light_volumes.shadows = shadows;
+        scene.techniques.edit::<LightVolumes>().shadows = shadows;
         render(scene).0
     };
     let culled = agreement(&rest(&mut scene, BeamShadows::Culling));
@@ -169,12 +170,12 @@ fn errors_fall_with_the_mesh_on_every_scene_with_water() {
     let size = (128, 96);
     for name in ["pool.ron", "columns.ron", "pots.ron", "bath.ron", "jetty.ron", "courtyard.ron", "lido.ron"] {
         let mut scene = with_coarse_parts(scene(name, size));
-        scene.techniques.light_volumes.samples = 4;
+        scene.techniques.edit::<LightVolumes>().samples = 4;
         let mut errors = Vec::new();
         let mut truth = None;
         let mut renderer = renderer(&scene);
         for mesh in [33, 65, 129] {
-            scene.techniques.light_volumes.grid = Some((mesh, mesh));
+            scene.techniques.edit::<LightVolumes>().grid = Some((mesh, mesh));
             let (drawn, points) = picture(&mut renderer, &scene);
             let truth = truth.get_or_insert_with(|| traced(&scene, points, sized(4_000_000, 2_000_000)));
             let (drawn, truth) = blocks(&drawn, truth, size);

@@ -20,6 +20,8 @@ mod passes;
 mod readback;
 mod render_cli;
 mod scene_files;
+mod seam;
+mod settings;
 mod trace;
 mod trace_cli;
 mod wgsl;

@@ -1,7 +1,7 @@
 //! What the paper's frame takes of the machine's memory. The test runs itself again in a process of its own, so that nothing else counts.
 
+use nephroid::caustics::caustic_volumes::CausticVolumes;
 use nephroid::caustics::{RenderOptions, Renderer};
-use nephroid::scene::CausticVolumes;
 
 /// Most resident memory since the process began, bytes.
 #[cfg(target_os = "linux")]
@@ -26,7 +26,7 @@ fn paper_frame_stays_below_256_mib_resident() {
         return;
     }
     let mut scene = crate::support::scene_of_size("pots.ron", (512, 512));
-    scene.techniques.caustic_volumes = CausticVolumes { grid: Some((65, 65)), ..CausticVolumes::PAPER };
+    *scene.techniques.edit::<CausticVolumes>() = CausticVolumes { grid: Some((65, 65)), ..CausticVolumes::PAPER };
     let mut renderer = Renderer::new(&scene, &RenderOptions { memory_limit_bytes: 256 << 20, ..RenderOptions::default() }).expect("device");
     let textures = renderer.build(&scene).expect("a frame").frame.memory().resources();
     for frame in 0..3 {

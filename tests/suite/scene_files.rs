@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use nephroid::caustics::TECHNIQUES;
+use nephroid::caustics::caustic_volumes::CausticVolumes;
 use nephroid::scene::{self, Scene, SceneError};
 
 use crate::support::{self, Rng};
@@ -47,7 +49,7 @@ Scene(
 "#;
 
 fn parse(text: &str) -> Result<Scene, SceneError> {
-    scene::parse(text, "test.ron", Path::new(""))
+    TECHNIQUES.parse(text, "test.ron", Path::new(""))
 }
 
 /// Replaces `from`, which must occur exactly once in [`FULL`], by `to`; returns the text and the position of the mark `¦` in it.
@@ -88,7 +90,7 @@ fn refuse_texts<'a>(texts: impl IntoIterator<Item = ((String, (usize, usize)), &
 fn full_scene_is_valid() {
     let scene = parse(FULL).unwrap();
     assert_eq!((scene.title.as_str(), scene.lights.len(), scene.objects.len()), ("ünïcödé", 4, 6));
-    assert_eq!(scene.techniques.caustic_volumes.grid, Some((128, 64)));
+    assert_eq!(scene.techniques.get::<CausticVolumes>().grid, Some((128, 64)));
     assert_eq!(scene.medium.g, 0.8);
 }
 
@@ -108,7 +110,7 @@ fn smallest_scene_is_all_defaults() {
     let scene = parse("(camera: Orthographic(position: (0, 5, 0), target: (0, 0, 0), up: (0, 0, -1), height_m: 2))").unwrap();
     assert_eq!((scene.image.width, scene.image.height), (1280, 720));
     assert_eq!(scene.medium, scene::Medium::CLEAR);
-    assert_eq!(scene.techniques, scene::TechniqueSettings::default());
+    assert_eq!(scene.techniques, scene::TechniqueSettings::new(&TECHNIQUES.known_settings()));
     assert!(scene.water.is_none() && scene.lights.is_empty() && scene.objects.is_empty());
 }
 
@@ -420,18 +422,18 @@ fn errors_of_water_name_its_values() {
 
 #[test]
 fn errors_of_files_name_the_file() {
-    let missing = scene::load(Path::new("no/such/scene.ron")).unwrap_err();
+    let missing = TECHNIQUES.load(Path::new("no/such/scene.ron")).unwrap_err();
     assert!(matches!(&missing, SceneError::Read { file, .. } if file == "no/such/scene.ron"), "{missing}");
     let folder = tempfile::tempdir().unwrap();
-    assert!(matches!(scene::load(folder.path()).unwrap_err(), SceneError::Read { .. }), "a folder is no scene");
+    assert!(matches!(TECHNIQUES.load(folder.path()).unwrap_err(), SceneError::Read { .. }), "a folder is no scene");
 
     let file = folder.path().join("large.ron");
     fs::write(&file, vec![b' '; scene::MAX_FILE_BYTES as usize + 1]).unwrap();
-    assert!(matches!(scene::load(&file).unwrap_err(), SceneError::TooLarge { limit: scene::MAX_FILE_BYTES, .. }));
-    let error = scene::parse(&" ".repeat(scene::MAX_FILE_BYTES as usize + 1), "x", Path::new("")).unwrap_err();
+    assert!(matches!(TECHNIQUES.load(&file).unwrap_err(), SceneError::TooLarge { limit: scene::MAX_FILE_BYTES, .. }));
+    let error = TECHNIQUES.parse(&" ".repeat(scene::MAX_FILE_BYTES as usize + 1), "x", Path::new("")).unwrap_err();
     assert!(matches!(error, SceneError::TooLarge { .. }));
 
-    let error = scene::parse_bytes(b"Scene(\n  title: \"\xc3\xa4\xff\")", "latin.ron", Path::new("")).unwrap_err();
+    let error = TECHNIQUES.parse_bytes(b"Scene(\n  title: \"\xc3\xa4\xff\")", "latin.ron", Path::new("")).unwrap_err();
     assert_eq!(error.to_string(), "latin.ron:2:12: found byte 0xff, expected UTF-8 text");
 }
 
@@ -441,7 +443,7 @@ fn errors_of_meshes_name_the_object_in_the_scene_file_and_the_place_in_the_mesh_
     fs::create_dir(folder.path().join("meshes")).unwrap();
     let file = folder.path().join("meshes/thing.ply");
     let (_, (line, column)) = edited("shape: Mesh(", "shape: ¦Mesh(");
-    let scene = scene::parse(FULL, "test.ron", folder.path()).unwrap();
+    let scene = TECHNIQUES.parse(FULL, "test.ron", folder.path()).unwrap();
     let place = format!("test.ron:{line}:{column}: objects[4].shape: ");
     let message = scene.mesh(4).unwrap_err().to_string();
     assert!(message.starts_with(&place) && message.contains("thing.ply: "), "{message}");
@@ -486,7 +488,7 @@ fn meshes_out_of_reach_are_refused_unopened() {
         format!("(camera: Perspective(position: (0, 3, 4), target: (0, 0, 0)), objects: [(shape: Mesh(\"{mesh}\"))])")
     };
     let read = |mesh: &str| {
-        let scene = scene::parse(&text(mesh), "reach.ron", &scenes)?;
+        let scene = TECHNIQUES.parse(&text(mesh), "reach.ron", &scenes)?;
         scene.mesh(0).map(|mesh| mesh.triangle_count())
     };
     let refused = |mesh: &str, rule: &str| {
@@ -577,7 +579,7 @@ fn shipped_scenes_are_valid_and_say_what_they_exercise() {
     wanted.extend(others.iter().map(|name| format!("{name}.ron")));
     assert_eq!(support::shipped_scenes(), wanted);
     for path in &shipped {
-        let scene = scene::load(path).unwrap_or_else(|error| panic!("{error}"));
+        let scene = TECHNIQUES.load(path).unwrap_or_else(|error| panic!("{error}"));
         assert!(!scene.title.is_empty() && !scene.lights.is_empty(), "{}", path.display());
         let specular = scene.water.is_some() || scene.objects.iter().any(|o| !matches!(o.material, scene::Material::Diffuse { .. }));
         assert!(specular, "{} has nothing that makes a caustic", path.display());
@@ -596,12 +598,12 @@ fn shipped_scenes_are_valid_and_say_what_they_exercise() {
 #[test]
 fn shipped_scenes_take_every_setting_they_report() {
     for path in shipped() {
-        let scene = scene::load(&path).unwrap();
-        for setting in scene::SETTINGS {
-            if let Some(value) = (setting.get)(&scene) {
+        let scene = TECHNIQUES.load(&path).unwrap();
+        for setting in scene.settings() {
+            if let Some(value) = setting.get(&scene) {
                 let mut changed = scene.clone();
                 changed.set(setting.key, &value).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-                assert_eq!((setting.get)(&changed), Some(value), "{} of {}", setting.key, path.display());
+                assert_eq!(setting.get(&changed), Some(value), "{} of {}", setting.key, path.display());
             }
         }
     }
@@ -659,7 +661,7 @@ fn mutated_scenes_never_panic_and_every_error_has_a_place() {
                 bytes.push(b' ');
             }
         }
-        match scene::parse_bytes(&bytes, "m", Path::new("")) {
+        match TECHNIQUES.parse_bytes(&bytes, "m", Path::new("")) {
             Ok(scene) => {
                 assert_eq!(scene.validate(), Ok(()));
                 accepted += 1;
@@ -684,7 +686,7 @@ fn corpus_of_the_fuzz_target_never_panics() {
     let mut count = 0;
     for entry in fs::read_dir(corpus).unwrap() {
         let path = entry.unwrap().path();
-        let valid = scene::parse_bytes(&fs::read(&path).unwrap(), "corpus", Path::new("")).is_ok();
+        let valid = TECHNIQUES.parse_bytes(&fs::read(&path).unwrap(), "corpus", Path::new("")).is_ok();
         let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
         assert_eq!(valid, name.starts_with("valid"), "{name}");
         count += 1;

@@ -159,7 +159,7 @@ fn smoke_of_any_density_scatters_what_quadrature_says() {
              objects: [(shape: Grid(size_m: (1.2, 1.2)), transform: (translate: (0, -0.01, 0)), material: Mirror(reflectance: (1, 1, 1)))], \
              trace: (beam_width_m: 0.02))"
         );
-        let scene = scene::parse(&text, "smoke", Path::new("")).expect("the scene is valid");
+        let scene = scene::parse(&text, "smoke", Path::new(""), &[]).expect("the scene is valid");
         let smoke = scene.smoke.expect("there is smoke");
         let grid = smoke.density_grid();
         let density = |p: [f64; 3]| {
@@ -224,7 +224,7 @@ fn scenes_without_caustics_are_told() {
                objects: [(shape: Grid())])";
     let dark = "(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), water: ())";
     for text in [dry, dark] {
-        let scene = scene::parse(text, "dull", Path::new("")).expect("the scene is valid");
+        let scene = scene::parse(text, "dull", Path::new(""), &[]).expect("the scene is valid");
         assert!(matches!(Tracer::new(&scene, &options(true, false)), Err(TraceError::NothingSpecular)), "{text}");
     }
 }

@@ -1,85 +1,30 @@
 //! The WGSL twins: parsed, validated, and their structs compared field by field with the Rust structs. Needs no driver.
 
-use std::mem::offset_of;
 use std::sync::Arc;
 
-use nephroid::caustics::light_volumes::shaders::{BeamsUniform, RelightUniform};
-use nephroid::caustics::light_volumes::slices::SliceVertex;
-use nephroid::caustics::{RenderOptions, Renderer};
-use nephroid::caustics::{TECHNIQUES, beams::Beam, caustic_volumes::shaders::VolumeUniform};
-use nephroid::passes::camera::CameraUniform;
-use nephroid::passes::compose::LayerUniform;
-use nephroid::passes::downsample::DownsampleUniform;
-use nephroid::passes::environment::EnvironmentUniform;
-use nephroid::passes::filter::KernelUniform;
-use nephroid::passes::geometry_buffer::{MaterialUniform, ReceiverVertex};
-use nephroid::passes::light_buffer::{LightView, SurfaceUniform};
-use nephroid::passes::rotating_filter::RotatingUniform;
-use nephroid::passes::shadow_map::LightUniform;
-use nephroid::passes::water_surface::WaterVertex;
+use nephroid::caustics::caustic_volumes::shaders::VolumeUniform;
+use nephroid::caustics::{Layout, RenderOptions, Renderer, layout};
 use nephroid::pipeline::BindingKind;
 use nephroid::pipeline::shader::Program;
-use nephroid::scene::{LightVolumes, PatternUniform, Radiometry};
 
-use crate::support::{scene_of_size, shared_passes, with_coarse_parts};
+use crate::support::{self, scene_of_size, shared_passes, techniques, with_coarse_parts};
 
-/// Name, size, and each field's name and offset.
-type Layout = (&'static str, usize, Vec<(&'static str, usize)>);
-
-macro_rules! layout {
-    ($type:ident: $($field:ident),+) => {
-        (stringify!($type), size_of::<$type>(), vec![$((stringify!($field), offset_of!($type, $field))),+])
-    };
-}
-
-/// The structs that programs share with their twins.
-fn layouts() -> Vec<Layout> {
-    vec![
-        layout!(CameraUniform: clip_from_world, world_from_clip, eye_ws, size_px, water, extent),
-        layout!(EnvironmentUniform: zenith, horizon, ground, disc, suns, ambient, sigma_t, inscatter),
-        layout!(PatternUniform: kind, numbers, first, colours),
-        layout!(MaterialUniform: pattern, kind),
-        layout!(ReceiverVertex: position_ws, normal_ws),
-        layout!(WaterVertex: position_ws, normal_ws),
-        layout!(LightUniform: clip_from_world, position_ws, intensity, spot, water, entry, refracted),
-        layout!(VolumeUniform: shape, sigma_t),
-        layout!(Beam: g, d, flux),
-        layout!(BeamsUniform: sigma_t, planes),
-        layout!(SliceVertex: plane_y, corner),
-        layout!(RelightUniform: to_light),
-        layout!(LightView: clip_from_world, position_ws),
-        layout!(SurfaceUniform: pattern, optics),
-        layout!(KernelUniform: weights, step),
-        layout!(RotatingUniform: taps, rotations, count),
-        layout!(DownsampleUniform: sizes),
-        layout!(LayerUniform: scale, distance, ratio),
-    ]
-}
-
-/// Every program of every frame: of all shipped scenes and techniques, as the paper has it and physical, and of the passes that techniques share.
+/// Every program of every frame, in every variant of every technique; together the scenes have everything that a program is made for; and of the
+/// passes that no technique draws yet.
 fn programs() -> Vec<Arc<Program>> {
-    // No technique contributes in-scattered radiance yet.
     let mut programs: Vec<Arc<Program>> = vec![nephroid::passes::in_scattering::program()];
-    for scene in ["pool.ron", "pots.ron", "columns.ron", "analytic/flat_water.ron", "analytic/sine_water.ron"] {
-        let mut scene = with_coarse_parts(scene_of_size(scene, (16, 16)));
-        scene.time_s = 0.0;
-        scene.techniques.caustic_volumes.grid = Some((9, 9));
-        scene.techniques.light_volumes.grid = Some((9, 9));
-        for paper in [true, false] {
-            if paper {
-                scene.techniques.caustic_volumes.radiometry = Radiometry::Paper;
-                scene.techniques.light_volumes = LightVolumes { grid: Some((9, 9)), ..LightVolumes::PAPER };
-            } else {
-                scene.techniques.caustic_volumes.radiometry = Radiometry::Physical;
-                scene.techniques.light_volumes = LightVolumes { grid: Some((9, 9)), ..LightVolumes::default() };
-            }
-            for technique in TECHNIQUES {
-                let options = RenderOptions { technique: technique.name().to_owned(), ..RenderOptions::default() };
-                let mut renderer = Renderer::new(&scene, &options).expect("a renderer");
-                for pipeline in renderer.build(&scene).expect("a frame").frame.pipelines {
-                    if !programs.iter().any(|p| p.name == pipeline.program.name && p.wgsl_constants == pipeline.program.wgsl_constants) {
-                        programs.push(pipeline.program);
-                    }
+    for name in ["pool.ron", "pots.ron", "columns.ron", "analytic/flat_water.ron", "analytic/sine_water.ron"] {
+        for (technique, variant) in support::variants() {
+            let mut scene = with_coarse_parts(scene_of_size(name, (16, 16)));
+            scene.time_s = 0.0;
+            variant.apply(&mut scene);
+            scene.techniques.coarsen();
+            technique.coarsen(&mut scene);
+            let options = RenderOptions { technique: technique.name().to_owned(), techniques: techniques(), ..RenderOptions::default() };
+            let mut renderer = Renderer::new(&scene, &options).expect("a renderer");
+            for pipeline in renderer.build(&scene).expect("a frame").frame.pipelines {
+                if !programs.iter().any(|p| p.name == pipeline.program.name && p.wgsl_constants == pipeline.program.wgsl_constants) {
+                    programs.push(pipeline.program);
                 }
             }
         }
@@ -107,7 +52,7 @@ fn struct_of<'m>(module: &'m naga::Module, wanted: &str) -> Option<(usize, &'m [
 }
 
 /// What differs between a Rust struct and its twin, if the module has it.
-fn layout_difference(module: &naga::Module, (name, size, fields): &Layout) -> Option<String> {
+fn layout_difference(module: &naga::Module, Layout { name, size, fields }: &Layout) -> Option<String> {
     let (span, members) = struct_of(module, name)?;
     let seen: Vec<_> = members.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize)).collect();
     if seen != *fields {
@@ -148,14 +93,14 @@ fn binding_difference(module: &naga::Module, program: &Program) -> Option<String
 fn twins_are_valid_and_their_structs_have_the_rust_layout() {
     let programs = programs();
     assert!(programs.len() >= 8, "{}", programs.len());
-    let layouts = layouts();
+    let layouts = techniques().layouts();
     let mut compared = std::collections::BTreeSet::new();
     for program in &programs {
         let source = program.wgsl.unwrap_or_else(|| panic!("{} has no WGSL twin", program.name));
         let module = parse(program.name, source);
         for layout in &layouts {
-            if struct_of(&module, layout.0).is_some() {
-                compared.insert(layout.0);
+            if struct_of(&module, layout.name).is_some() {
+                compared.insert(layout.name);
                 assert_eq!(layout_difference(&module, layout), None, "{}", program.name);
             }
         }

@@ -11,11 +11,36 @@ pub mod shared_passes;
 pub mod traces;
 
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
+use nephroid::caustics::{TECHNIQUES, Technique, Techniques, Variant};
 use nephroid::scene::water::{Water, WaterModel};
 use nephroid::scene::{Scene, Shape};
 
 pub use numbers::{Rng, fnv1a, full, sized};
+
+nephroid::caustics::techniques! {
+    /// Techniques of the tests' own: each a folder here and a line of this table.
+    pub const OWN = [
+        twofold,
+    ];
+}
+
+/// The techniques of the library, and then those of the tests.
+pub fn techniques() -> Techniques {
+    static ALL: LazyLock<Vec<&'static dyn Technique>> = LazyLock::new(|| TECHNIQUES.iter().chain(OWN.iter()).copied().collect());
+    Techniques(&ALL)
+}
+
+/// The folder of a technique that is the tests' own; in it is what the repository has elsewhere for the library's.
+pub fn own_folder(technique: &dyn Technique) -> Option<PathBuf> {
+    Some(path("tests/support").join(technique.settings().key())).filter(|folder| folder.is_dir())
+}
+
+/// Every variant of every technique.
+pub fn variants() -> Vec<(&'static dyn Technique, Variant)> {
+    techniques().iter().flat_map(|&technique| technique.variants().into_iter().map(move |variant| (technique, variant))).collect()
+}
 
 /// A path of the project, given from its root.
 pub fn path(relative: &str) -> PathBuf {
@@ -24,7 +49,7 @@ pub fn path(relative: &str) -> PathBuf {
 
 /// A shipped scene, by its path below `scenes`.
 pub fn scene(name: &str) -> Scene {
-    nephroid::scene::load(&path("scenes").join(name)).unwrap_or_else(|error| panic!("{error}"))
+    techniques().load(&path("scenes").join(name)).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// A shipped scene with another size of its picture, in pixels.

@@ -28,7 +28,7 @@ pub fn everything() -> Scene {
         ],
         trace: (plane: (corner: (-1, -1.1, -1), u: (0, 0, 2), v: (2, 0, 0), texels: (16, 16))),
     )";
-    scene::parse(text, "everything", Path::new("")).expect("the scene is valid")
+    scene::parse(text, "everything", Path::new(""), &[]).expect("the scene is valid")
 }
 
 /// The kept state after some batches, which holds every sum of the run.

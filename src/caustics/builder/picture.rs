@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::passes::environment::EnvironmentUniform;
 use crate::passes::water_surface::{self, WaterVertex};
 use crate::passes::{fullscreen, in_scattering, shade};
-use crate::{LayerRead, LayerSource, TechniqueFrame};
+use crate::{LayerSource, Resolve, TechniqueFrame};
 use glam::Vec3;
 use nephroid_pipeline::frame::{BindEntry, BufferId, DepthTarget, FrameDraw, FramePass, TextureId};
 use nephroid_pipeline::state::{ADDITIVE, CompareFunction, DepthBiasState, TextureFormat};
@@ -139,18 +139,18 @@ impl FrameBuilder<'_> {
     /// The layers that every technique has, those of the contributions, and the technique's own.
     fn layers(&self, contributions: Contributions) -> Vec<LayerSource> {
         let axis = self.scene.camera.forward_ws();
-        let source = |name, texture, channels, read| LayerSource { name, texture, channels, read };
+        let source = |name, texture, channels, resolve| LayerSource { name, texture, channels, resolve };
         let mut layers = vec![
-            source("color", self.color, 3, LayerRead::Mean),
-            source("depth", self.position, 1, LayerRead::Depth(self.scene.camera.position_ws(), axis)),
-            source("normal", self.normal, 3, LayerRead::Nearest),
-            source("position", self.position, 3, LayerRead::Nearest),
-            source("albedo", self.albedo, 3, LayerRead::Mean),
-            source("direct", self.direct, 3, LayerRead::Mean),
-            source("caustic_irradiance", contributions.irradiance, 3, LayerRead::Mean),
-            source("shadow", self.visibility, 1, LayerRead::Mean),
+            source("color", self.color, 3, Resolve::Mean),
+            source("depth", self.position, 1, Resolve::Depth(self.scene.camera.position_ws(), axis)),
+            source("normal", self.normal, 3, Resolve::Nearest),
+            source("position", self.position, 3, Resolve::Nearest),
+            source("albedo", self.albedo, 3, Resolve::Mean),
+            source("direct", self.direct, 3, Resolve::Mean),
+            source("caustic_irradiance", contributions.irradiance, 3, Resolve::Mean),
+            source("shadow", self.visibility, 1, Resolve::Mean),
         ];
-        layers.extend(contributions.in_scattered.map(|texture| source("godrays", texture, 3, LayerRead::Mean)));
+        layers.extend(contributions.in_scattered.map(|texture| source("godrays", texture, 3, Resolve::Mean)));
         layers.extend(contributions.layers);
         layers
     }

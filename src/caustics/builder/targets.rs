@@ -5,7 +5,7 @@ use nephroid_pipeline::state::TextureFormat;
 
 use super::state::Sum;
 use super::{Contributions, FrameBuilder, FrameLight};
-use crate::{LayerRead, LayerSource};
+use crate::{LayerSource, Resolve};
 
 /// Sums over all lights and beams.
 #[derive(Clone, Copy, Debug)]
@@ -45,9 +45,9 @@ impl CausticTargets {
     /// The irradiance as a contribution, with a layer for each of the other textures.
     #[must_use]
     pub fn contributions(&self) -> Contributions {
-        let source = |name, texture, channels, read| LayerSource { name, texture, channels, read };
-        let direction = self.direction.map(|texture| source("caustic_direction", texture, 3, LayerRead::WeightedMean));
-        let count = self.count.map(|texture| source("fragment_count", texture, 1, LayerRead::Sum));
+        let source = |name, texture, channels, resolve| LayerSource { name, texture, channels, resolve };
+        let direction = self.direction.map(|texture| source("caustic_direction", texture, 3, Resolve::WeightedMean));
+        let count = self.count.map(|texture| source("fragment_count", texture, 1, Resolve::Sum));
         Contributions { layers: direction.into_iter().chain(count).collect(), ..Contributions::new(self.irradiance) }
     }
 }

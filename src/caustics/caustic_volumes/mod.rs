@@ -15,17 +15,26 @@
 
 pub mod frame;
 pub mod hull;
+mod settings;
 pub mod shaders;
 
+pub use settings::{CausticVolumes, Faces};
+
+use nephroid_image::metrics::bounds::{ACCUMULATED, CHAINED, CHAINED_LOOKED_UP, COUNTED, PassBounds, VERTEX};
 use nephroid_pipeline::Device;
 use nephroid_scene::Scene;
 use nephroid_scene::water::WaterSim;
+use nephroid_scene::{Group, Settings};
 
 use super::builder::cut_level;
-use super::{FrameSource, Receivers, RenderError, Technique, TechniqueFrame};
+use super::{Builder, Feature, Layout, Receivers, RenderError, Technique, TechniqueFrame};
+use crate::layout;
+use shaders::VolumeUniform;
 
-/// The technique.
-pub struct CausticVolumesTechnique;
+/// The technique, as a line of the table.
+pub const TECHNIQUE: &dyn Technique = &CausticVolumesTechnique;
+
+struct CausticVolumesTechnique;
 
 impl Technique for CausticVolumesTechnique {
     fn name(&self) -> &'static str {
@@ -37,8 +46,24 @@ impl Technique for CausticVolumesTechnique {
     fn paper(&self) -> &'static str {
         "Sandberg & Falemo 2005, Real-Time Rendering of Water Caustics Using Programmable Graphics Hardware"
     }
-    fn prepare(&self, scene: &Scene) -> Result<Box<dyn FrameSource>, RenderError> {
-        let settings = &scene.techniques.caustic_volumes;
+    fn settings(&self) -> &'static dyn Settings {
+        CausticVolumes::DEFAULTS
+    }
+    fn covers(&self, feature: Feature) -> bool {
+        feature == Feature::WaterCaustics
+    }
+    fn bounds(&self) -> &'static [PassBounds] {
+        &[PassBounds {
+            pass: "caustic_volumes",
+            vertices: VERTEX,
+            textures: &[("volume_count", COUNTED, CHAINED), ("", ACCUMULATED, CHAINED_LOOKED_UP)],
+        }]
+    }
+    fn layouts(&self) -> Vec<Layout> {
+        vec![layout!(VolumeUniform: shape, sigma_t)]
+    }
+    fn prepare(&self, scene: &Scene) -> Result<Box<dyn Builder>, RenderError> {
+        let settings = scene.techniques.get::<CausticVolumes>();
         let receivers = Receivers::new(scene, cut_level(scene, settings.eye_refraction))?;
         Ok(Box::new(Source { receivers, water: scene.water.as_ref().map(|w| w.simulator()) }))
     }
@@ -50,9 +75,9 @@ struct Source {
     water: Option<WaterSim>,
 }
 
-impl FrameSource for Source {
+impl Builder for Source {
     fn frame(&mut self, scene: &Scene, _device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
-        let settings = &scene.techniques.caustic_volumes;
+        let settings = scene.techniques.get::<CausticVolumes>();
         let field = self.water.as_mut().zip(scene.water.as_ref()).map(|(sim, water)| {
             let (columns, rows) = settings.grid.unwrap_or(water.grid);
             sim.surface_with_grid(columns, rows, scene.time_s)

@@ -16,9 +16,10 @@ use nephroid_pipeline::state::{
     StencilOperation, StencilState, TextureFormat,
 };
 use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
-use nephroid_scene::{Gather, LightVolumes, Radiometry};
+use nephroid_scene::Radiometry;
 
 use super::cull::ClampedBeam;
+use super::settings::{Gather, LightVolumes};
 use super::shaders::{self, BeamSlot, BeamsUniform, RelightUniform};
 use super::slices::{Slices, runs};
 

@@ -1,12 +1,13 @@
 //! What makes beams in a frame: the water surface, or mirrors and glass.
 
 use nephroid_scene::water::HeightField;
-use nephroid_scene::{LightVolumes, Radiometry, Scene};
+use nephroid_scene::{Radiometry, Scene};
 
 use crate::beams::{self, FluxModel, LightBeams};
 use crate::{Receivers, RenderError};
 
-use super::MAX_BEAMS;
+use super::settings::LightVolumes;
+use super::{LightVolumesError, MAX_BEAMS};
 use super::hierarchy::Span;
 use super::specular::{self, Specular};
 
@@ -89,13 +90,13 @@ impl Generators<'_> {
 /// Refuses a water mesh of more than [`MAX_BEAMS`] triangles before anything is made of it.
 ///
 /// # Errors
-/// [`RenderError::TooManyBeams`].
+/// [`LightVolumesError::TooManyBeams`].
 pub fn check_mesh(scene: &Scene, settings: &LightVolumes) -> Result<(), RenderError> {
     let Some(water) = &scene.water else { return Ok(()) };
     let (columns, rows) = settings.grid.unwrap_or(water.grid);
     let triangles = 2 * (u64::from(columns) - 1) * (u64::from(rows) - 1);
     if triangles > MAX_BEAMS {
-        return Err(RenderError::TooManyBeams { columns, rows, triangles, limit: MAX_BEAMS });
+        return Err(LightVolumesError::TooManyBeams { columns, rows, triangles, limit: MAX_BEAMS }.into());
     }
     Ok(())
 }

@@ -31,26 +31,37 @@ pub mod boxes;
 pub mod columns;
 mod counters;
 pub mod cull;
+mod error;
 pub mod frame;
 mod generators;
 pub mod hierarchy;
 pub mod occlusion;
+mod settings;
 pub mod shaders;
 pub mod shadow;
 pub mod slices;
 mod source;
 pub mod specular;
 
-use nephroid_scene::Scene;
+pub use error::LightVolumesError;
+pub use settings::{BeamCulling, BeamShadows, EnergyAt, Gather, LightVolumes};
 
-use super::{FrameSource, RenderError, Technique};
+use nephroid_image::metrics::bounds::{ACCUMULATED, CHAINED, CHAINED_LOOKED_UP, COUNTED, PassBounds, SWEPT};
+use nephroid_scene::{Group, Material, Scene, Settings, Shape};
+
+use super::{Builder, Feature, Layout, RenderError, Technique};
+use crate::layout;
+use shaders::{BeamsUniform, RelightUniform};
+use slices::SliceVertex;
 use source::Source;
 
 /// Most beams of a light: each takes 256 bytes of uniforms and at least two draws. A mesh of 1025x1025 vertices makes as many.
 pub const MAX_BEAMS: u64 = 1 << 21;
 
-/// The technique.
-pub struct LightVolumesTechnique;
+/// The technique, as a line of the table.
+pub const TECHNIQUE: &dyn Technique = &LightVolumesTechnique;
+
+struct LightVolumesTechnique;
 
 impl Technique for LightVolumesTechnique {
     fn name(&self) -> &'static str {
@@ -62,7 +73,35 @@ impl Technique for LightVolumesTechnique {
     fn paper(&self) -> &'static str {
         "Barczak & Olano, Interactive Shadowed Caustics Using Hierarchical Light Volumes"
     }
-    fn prepare(&self, scene: &Scene) -> Result<Box<dyn FrameSource>, RenderError> {
-        Ok(Box::new(Source::new(scene, &scene.techniques.light_volumes)?))
+    fn settings(&self) -> &'static dyn Settings {
+        LightVolumes::DEFAULTS
+    }
+    fn covers(&self, feature: Feature) -> bool {
+        matches!(feature, Feature::WaterCaustics | Feature::SpecularCaustics)
+    }
+    fn bounds(&self) -> &'static [PassBounds] {
+        &[PassBounds {
+            pass: "light_volumes",
+            vertices: SWEPT,
+            textures: &[("beam_count", COUNTED, CHAINED), ("", ACCUMULATED, CHAINED_LOOKED_UP)],
+        }]
+    }
+    fn layouts(&self) -> Vec<Layout> {
+        vec![layout!(BeamsUniform: sigma_t, planes), layout!(SliceVertex: plane_y, corner), layout!(RelightUniform: to_light)]
+    }
+    /// Mirrors and glass with fewer triangles, each of which is drawn by itself.
+    fn coarsen(&self, scene: &mut Scene) {
+        scene.techniques.edit::<LightVolumes>().generator_edge = 0.5;
+        for object in scene.objects.iter_mut().filter(|object| !matches!(object.material, Material::Diffuse { .. })) {
+            match &mut object.shape {
+                Shape::UvSphere(sphere) => (sphere.slices, sphere.stacks) = (24, 12),
+                Shape::TorusKnot(knot) => (knot.segments, knot.sides) = (96, 12),
+                Shape::Cylinder(cylinder) => cylinder.slices = 48,
+                _ => {}
+            }
+        }
+    }
+    fn prepare(&self, scene: &Scene) -> Result<Box<dyn Builder>, RenderError> {
+        Ok(Box::new(Source::new(scene, scene.techniques.get::<LightVolumes>())?))
     }
 }

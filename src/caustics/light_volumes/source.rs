@@ -5,11 +5,11 @@ use glam::Vec3;
 use nephroid_pipeline::Device;
 use nephroid_scene::geom::Aabb;
 use nephroid_scene::water::{HeightField, WaterSim};
-use nephroid_scene::{BeamCulling, LightVolumes, Scene};
+use nephroid_scene::Scene;
 
 use crate::beams;
 use crate::builder::{FrameBuilder, FrameLight, cut_level};
-use crate::{FrameSource, Receivers, RenderError, TechniqueFrame};
+use crate::{Builder, Receivers, RenderError, TechniqueFrame};
 
 use super::boxes::{self, ReceiverBox};
 use super::columns::{ReceiverColumns, receiver_columns};
@@ -19,6 +19,7 @@ use super::frame::{self, LightPass};
 use super::generators::{GeneratedBeams, Generators, check_mesh};
 use super::hierarchy::{Hierarchy, Span};
 use super::occlusion;
+use super::settings::{BeamCulling, LightVolumes};
 use super::shadow::{self, ShadowQueries, Shadowed};
 use super::slices::Slices;
 use super::specular::Specular;
@@ -147,13 +148,13 @@ impl Source {
     }
 }
 
-impl FrameSource for Source {
+impl Builder for Source {
     fn set_clock(&mut self, clock: fn() -> f64) {
         self.clock = clock;
     }
 
     fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
-        let settings = scene.techniques.light_volumes;
+        let settings = scene.techniques.get::<LightVolumes>().clone();
         self.build(scene, &settings, device, layers)
     }
 }

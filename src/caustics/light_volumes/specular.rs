@@ -14,7 +14,7 @@ use crate::beams::{Beam, LightBeams, NONE, comes_first};
 use nephroid_scene::geom::{Aabb, Mesh};
 use nephroid_scene::{Light, Material, Radiometry, Scene};
 
-use super::MAX_BEAMS;
+use super::{LightVolumesError, MAX_BEAMS};
 use paths::{Path, Surfaces};
 
 /// All surfaces of the scene, and the generators among them.
@@ -49,7 +49,7 @@ impl Specular {
             if is_specular(&object.material) {
                 let size = mesh.bounds().size().max_element();
                 let fine = mesh.tessellated((edge * size).max(f32::MIN_POSITIVE), MAX_BEAMS as usize);
-                let too_many = |_| RenderError::TooManyGenerators { object: object.name.clone(), limit: MAX_BEAMS };
+                let too_many = |_| LightVolumesError::TooManyGenerators { object: object.name.clone(), limit: MAX_BEAMS };
                 generators.push((index as u32, fine.map_err(too_many)?));
             }
             meshes.push((mesh, object.material.clone()));
@@ -88,7 +88,7 @@ impl Specular {
                 found.extend(beams.into_iter().map(|beam| (place, beam)));
             }
             if found.len() as u64 > MAX_BEAMS {
-                return Err(RenderError::TooManyGenerators { object: format!("object {object}"), limit: MAX_BEAMS });
+                return Err(LightVolumesError::TooManyGenerators { object: format!("object {object}"), limit: MAX_BEAMS }.into());
             }
         }
         found.sort_by_key(|(place, _)| *place);

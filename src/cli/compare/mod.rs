@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use anyhow::{bail, ensure};
 
-use crate::caustics::TECHNIQUES;
+use crate::caustics::Techniques;
 use crate::cli::args::{self, ImageSize, Setting};
 use crate::cli::{Outcome, interrupt, output};
 use crate::report::{MEASURES, Measure, measure};
@@ -106,7 +106,7 @@ enum What {
 
 impl HiArgs {
     /// Resolves the arguments. Reads nothing and writes nothing.
-    pub fn resolve(low: LowArgs) -> anyhow::Result<Self> {
+    pub fn resolve(low: LowArgs, known: Techniques) -> anyhow::Result<Self> {
         let is_scene = |path: &PathBuf| path.extension().and_then(OsStr::to_str).is_some_and(|e| e.eq_ignore_ascii_case("ron"));
         if let Some(path) = &low.output {
             let png = path.extension().and_then(OsStr::to_str).is_some_and(|e| e.eq_ignore_ascii_case("png"));
@@ -123,7 +123,8 @@ impl HiArgs {
                 ensure!(low.layer.is_none(), "--layer is for two files; techniques are compared by their caustic irradiance");
                 What::Scene(scene::Request {
                     scene: scene.clone(),
-                    techniques: techniques(low.techniques.as_deref())?,
+                    known,
+                    techniques: techniques(known, low.techniques.as_deref())?,
                     photons: low.photons.unwrap_or(scene::DEFAULT_PHOTONS),
                     seed: low.seed.unwrap_or(0),
                     size: low.size,
@@ -146,8 +147,8 @@ impl HiArgs {
 }
 
 /// The techniques named, each known and named once; all for `all` or none.
-fn techniques(names: Option<&[String]>) -> anyhow::Result<Vec<&'static str>> {
-    let all: Vec<&'static str> = TECHNIQUES.iter().map(|technique| technique.name()).collect();
+fn techniques(known: Techniques, names: Option<&[String]>) -> anyhow::Result<Vec<&'static str>> {
+    let all: Vec<&'static str> = known.names().collect();
     let Some(names) = names else { return Ok(all) };
     if names == ["all"] {
         return Ok(all);
@@ -178,6 +179,7 @@ mod tests {
     use clap::Parser as _;
 
     use super::*;
+    use crate::caustics::TECHNIQUES;
 
     #[derive(clap::Parser)]
     struct Line {
@@ -187,7 +189,7 @@ mod tests {
 
     fn message(words: &[&str]) -> String {
         match Line::try_parse_from(["compare"].iter().chain(words)) {
-            Ok(line) => HiArgs::resolve(line.low).unwrap_err().to_string(),
+            Ok(line) => HiArgs::resolve(line.low, TECHNIQUES).unwrap_err().to_string(),
             Err(error) => error.to_string(),
         }
     }
@@ -198,10 +200,7 @@ mod tests {
         assert!(message(&["a.ron", "b.exr"]).contains("a.ron is a scene"));
         assert!(message(&["a.exr", "b.exr", "--photons", "5"]).contains("are for a scene"));
         assert!(message(&["a.ron", "--layer", "color"]).contains("--layer is for two files"));
-        assert!(
-            message(&["a.ron", "--techniques", "magic"])
-                .contains("there is no technique `magic`; the techniques are: all, caustic-volumes")
-        );
+        assert!(message(&["a.ron", "--techniques", "magic"]).contains("there is no technique `magic`; the techniques are: all, "));
         assert!(message(&["a.ron", "--bound", "beauty=1"]).contains("there is no measure `beauty`"));
         assert!(message(&["a.ron", "--bound", "mse=-1"]).contains("must be a number, at least 0"));
         assert!(message(&["a.ron", "-o", "x.exr"]).contains("must be named .png"));

@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use super::pictures;
 use super::table::{Column, Results};
-use crate::caustics::{RenderOptions, Renderer};
+use crate::caustics::{RenderOptions, Renderer, Techniques};
 use crate::cli::args::{ImageSize, Setting};
 use crate::cli::progress::Progress;
 use crate::cli::{files, renderer};
@@ -31,7 +31,9 @@ const LAYERS: [&str; 4] = ["caustic_irradiance", "position", "normal", "depth"];
 pub struct Request {
     /// The scene file.
     pub scene: PathBuf,
-    /// Names of techniques.
+    /// The techniques there are.
+    pub known: Techniques,
+    /// Names of those to compare.
     pub techniques: Vec<&'static str>,
     /// Photons of the ground truth.
     pub photons: u64,
@@ -56,7 +58,7 @@ struct Truth {
 
 /// Compares every technique with the truth.
 pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Results> {
-    let scene = renderer::load(&request.scene, None, request.size, request.time_s, &request.settings)?;
+    let scene = renderer::load(request.known, &request.scene, None, request.size, request.time_s, &request.settings)?;
     if picture.is_none() {
         files::make_default_folder()?;
     }
@@ -67,6 +69,7 @@ pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Resu
     for (number, technique) in request.techniques.iter().enumerate() {
         let options = RenderOptions {
             technique: (*technique).to_owned(),
+            techniques: request.known,
             layers: Some(LAYERS.map(str::to_owned).to_vec()),
             ..RenderOptions::default()
         };

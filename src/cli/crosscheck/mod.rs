@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use anyhow::ensure;
 use clap::ValueEnum;
 
+use crate::caustics::Techniques;
 use crate::cli::args::{self, ImageSize, Setting};
 
 /// The arguments as typed.
@@ -68,6 +69,8 @@ pub enum Modes {
 #[cfg_attr(not(feature = "wgpu"), expect(dead_code, reason = "without drivers nothing is run, but arguments are checked all the same"))]
 #[derive(Debug)]
 pub struct HiArgs {
+    /// The techniques there are; all are compared.
+    pub techniques: Techniques,
     /// Scene files; all below scenes/ if `all`.
     pub scenes: Vec<PathBuf>,
     /// Take every scene that is shipped.
@@ -90,13 +93,14 @@ pub struct HiArgs {
 
 impl HiArgs {
     /// Resolves the arguments. Reads nothing.
-    pub fn resolve(low: LowArgs) -> anyhow::Result<Self> {
+    pub fn resolve(low: LowArgs, techniques: Techniques) -> anyhow::Result<Self> {
         ensure!(
             !low.scenes.is_empty() || low.all || low.conformance,
             "nothing to compare: name scene files, or give --all or --conformance"
         );
         ensure!(low.scenes.is_empty() || !low.all, "--all takes every scene there is; leave out the names");
         Ok(Self {
+            techniques,
             scenes: low.scenes,
             all: low.all,
             conformance: low.conformance.then(|| low.share.unwrap_or(1.0)),
@@ -124,6 +128,7 @@ mod tests {
     use clap::Parser as _;
 
     use super::*;
+    use crate::caustics::TECHNIQUES;
 
     #[derive(clap::Parser)]
     struct Line {
@@ -132,7 +137,7 @@ mod tests {
     }
 
     fn resolve(words: &[&str]) -> anyhow::Result<HiArgs> {
-        HiArgs::resolve(Line::try_parse_from(["crosscheck"].iter().chain(words))?.low)
+        HiArgs::resolve(Line::try_parse_from(["crosscheck"].iter().chain(words))?.low, TECHNIQUES)
     }
 
     #[test]

@@ -8,7 +8,7 @@ use anyhow::Context as _;
 use serde::Serialize;
 
 use super::{HiArgs, Modes};
-use crate::caustics::{RenderOptions, Renderer, TECHNIQUES};
+use crate::caustics::{RenderOptions, Renderer};
 use crate::cli::{Outcome, interrupt, list, output, renderer};
 use crate::frame::Frame;
 use crate::frame::check_memory;
@@ -75,9 +75,9 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
         output::text(&format!("{}, compared under the rules {}\n", all.adapter, all.rules))?;
     }
     for scene in &scenes {
-        let loaded = renderer::load(scene, None, args.size, None, &args.settings)?;
-        for technique in TECHNIQUES {
-            let options = RenderOptions { technique: technique.name().to_owned(), ..RenderOptions::default() };
+        let loaded = renderer::load(args.techniques, scene, None, args.size, None, &args.settings)?;
+        for technique in args.techniques.iter() {
+            let options = RenderOptions { technique: technique.name().to_owned(), techniques: args.techniques, ..RenderOptions::default() };
             let mut frame = Renderer::new(&loaded, &options)?.build(&loaded)?.frame;
             frame.rules = rules.1;
             let draws = frame.passes.iter().map(|pass| pass.draws.len()).sum();
@@ -139,7 +139,7 @@ fn check(
             failed = picture(attachment, surfaces, &folder.join(name), &mut pictures).err();
         }
     };
-    let report = crosscheck(gpu, device, frame, frame, mode, watch)?;
+    let report = crosscheck(gpu, device, frame, frame, mode, &args.techniques.bounds(), watch)?;
     if let Some(error) = failed {
         return Err(error);
     }

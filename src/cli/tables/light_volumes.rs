@@ -6,9 +6,11 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
+use crate::caustics::Techniques;
+use crate::caustics::light_volumes::{BeamCulling, BeamShadows, Gather, LightVolumes};
 use crate::cli::output;
 use crate::cli::progress::Progress;
-use crate::scene::{self, BeamCulling, BeamShadows, Gather, LightVolumes, Scene};
+use crate::scene::Scene;
 
 use super::LowArgs;
 use super::measure::{Cell, measure};
@@ -92,8 +94,8 @@ struct Measured {
 }
 
 /// Measures all cells, then prints them.
-pub fn run(low: &LowArgs) -> anyhow::Result<()> {
-    let scenes: Vec<Scene> = VIEWS.iter().map(|view| scene::load(&low.scenes.join(view.scene))).collect::<Result<_, _>>()?;
+pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
+    let scenes: Vec<Scene> = VIEWS.iter().map(|view| techniques.load(&low.scenes.join(view.scene))).collect::<Result<_, _>>()?;
     let progress = Progress::new((VIEWS.len() * MESHES.len() * WAYS.len()) as u64);
     let mut all = Vec::new();
     for (view, scene) in VIEWS.iter().zip(&scenes) {
@@ -120,9 +122,9 @@ fn prepared(scene: &Scene, mesh: u32, way: &Way) -> Scene {
     let mut scene = scene.clone();
     (scene.image.width, scene.image.height) = SIZE;
     let (culling, shadows, gather) = (way.culling, way.shadows, way.gather);
-    let shadow_map_size = scene.techniques.light_volumes.shadow_map_size;
-    scene.techniques.light_volumes =
-        LightVolumes { grid: Some((mesh, mesh)), culling, shadows, gather, shadow_map_size, ..LightVolumes::PAPER };
+    let settings = scene.techniques.edit::<LightVolumes>();
+    let shadow_map_size = settings.shadow_map_size;
+    *settings = LightVolumes { grid: Some((mesh, mesh)), culling, shadows, gather, shadow_map_size, ..LightVolumes::PAPER };
     scene
 }
 

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use clap::{ValueEnum, ValueHint};
 
+use crate::caustics::Techniques;
 use crate::cli::interrupt;
 
 /// The arguments as typed.
@@ -37,9 +38,9 @@ enum Paper {
 }
 
 /// Measures and prints.
-pub fn run(low: &LowArgs) -> anyhow::Result<()> {
+pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
     interrupt::install()?;
     match low.paper {
-        Paper::LightVolumes => light_volumes::run(low),
+        Paper::LightVolumes => light_volumes::run(low, techniques),
     }
 }

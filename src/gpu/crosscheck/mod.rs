@@ -13,7 +13,7 @@ mod vertices;
 
 use serde::Serialize;
 
-pub use bounds::{Bound, EXACT, bound_of, vertex_bound_of};
+pub use bounds::{Bound, EXACT, PassBounds, bound_of, vertex_bound_of};
 pub use compare::{Difference, Pixel, compare, relative, ulps};
 pub use locate::{Located, locate};
 pub use picture::{plain_tone, side_by_side};
@@ -46,6 +46,7 @@ pub struct AttachmentReport {
     /// Its format.
     pub format: TextureFormat,
     /// What it must keep to.
+    #[serde(with = "bounds::ReportedBound")]
     pub bound: Bound,
     /// How far the two versions are apart.
     pub difference: Difference,
@@ -151,7 +152,7 @@ impl<'a> Pair<'a> {
     }
 
     /// The vertex stages of a pass on both sides, before the pass is run; none if the driver does not run them anyhow.
-    fn vertices(&mut self, index: usize) -> Result<Vec<VertexReport>, GpuError> {
+    fn vertices(&mut self, index: usize, bounds: &[PassBounds]) -> Result<Vec<VertexReport>, GpuError> {
         let pass = &self.on_cpu.passes[index];
         let mut reports = Vec::new();
         for (number, draw) in pass.draws.iter().enumerate() {
@@ -162,7 +163,13 @@ impl<'a> Pair<'a> {
             let (_, expected) = stream_draw(self.device, self.on_cpu, pass, draw, &self.expected)?;
             let actual = self.on_gpu.stream_out(index, number, self.device, &self.actual)?;
             let stride = self.on_cpu.stream_floats(draw.pipeline);
-            reports.push(VertexReport::new(index, &pass.label, number, stride, &expected.data, &actual));
+            reports.push(VertexReport::new(
+                (index, &pass.label, number),
+                vertex_bound_of(bounds, &pass.label),
+                stride,
+                &expected.data,
+                &actual,
+            ));
         }
         Ok(reports)
     }
@@ -212,7 +219,8 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// Runs a frame on both sides and compares every attachment after every pass. `watch` is given both versions of each attachment.
+/// Runs a frame on both sides and compares every attachment after every pass. `bounds` are those of the frame's passes, `watch` is given both
+/// versions of each attachment.
 ///
 /// The two frames are the same, except where a test has planted a difference; they have the same textures and passes.
 ///
@@ -224,12 +232,13 @@ pub fn crosscheck(
     on_cpu: &Frame,
     on_gpu: &Frame,
     mode: Mode,
+    bounds: &[PassBounds],
     mut watch: impl FnMut(&AttachmentReport, [&nephroid_pipeline::Surface; 2]),
 ) -> Result<Report, GpuError> {
     let mut pair = Pair::new(gpu, device, on_cpu, on_gpu, mode)?;
     let mut report = Report { mode, attachments: Vec::new(), vertices: Vec::new(), queries: Vec::new(), streams: Vec::new() };
     for (index, pass) in on_cpu.passes.iter().enumerate() {
-        report.vertices.extend(pair.vertices(index)?);
+        report.vertices.extend(pair.vertices(index, bounds)?);
         let [expected, actual] = pair.run(index)?;
         let queries = expected.into_iter().zip(actual).enumerate().filter(|(_, (e, a))| e != a);
         report.queries.extend(queries.map(|(query, (expected, actual))| QueryReport { pass_index: index, query, expected, actual }));
@@ -238,7 +247,7 @@ pub fn crosscheck(
             let number = view.texture.index();
             let desc = &on_cpu.textures[number].desc;
             let info = pair.expected.textures[number].info();
-            let bound = bound_of(gpu.adapter().family(), mode, &pass.label, &desc.label, info);
+            let bound = bound_of(bounds, gpu.adapter().family(), mode, &pass.label, &desc.label, info);
             let surfaces = pair.surfaces(view);
             let difference = compare(info, surfaces[0], surfaces[1], bound.tolerance);
             let within = bound.holds(difference.pixels, difference.outliers, difference.unexplained());

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::bounds::{Bound, vertex_bound_of};
+use super::bounds::{Bound, ReportedBound};
 use super::{relative, ulps};
 
 /// The vertices of one draw.
@@ -25,15 +25,17 @@ pub struct VertexReport {
     /// Greatest relative error; the scale is the mean magnitude of each component.
     pub max_relative: f64,
     /// What they must keep to.
+    #[serde(with = "ReportedBound")]
     pub bound: Bound,
     /// Whether they do.
     pub within: bool,
 }
 
 impl VertexReport {
-    /// Compares two streams of `stride` floats per vertex. Streams of different lengths are beyond any bound.
+    /// Compares two streams of `stride` floats per vertex, of a draw given by the pass's number and label and its own number. Streams of
+    /// different lengths are beyond any bound.
     #[must_use]
-    pub fn new(pass_index: usize, pass: &str, draw: usize, stride: usize, expected: &[f32], actual: &[f32]) -> Self {
+    pub fn new((pass_index, pass, draw): (usize, &str, usize), bound: Bound, stride: usize, expected: &[f32], actual: &[f32]) -> Self {
         let vertices = (expected.len() / stride) as u64;
         let mut report = Self {
             pass_index,
@@ -44,7 +46,7 @@ impl VertexReport {
             outliers: 0,
             max_ulp: 0,
             max_relative: 0.0,
-            bound: vertex_bound_of(pass),
+            bound,
             within: expected.len() == actual.len(),
         };
         let mut scales = vec![0.0; stride];
@@ -73,19 +75,20 @@ impl VertexReport {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nephroid_image::metrics::bounds::VERTEX;
 
     #[test]
     fn a_wrong_component_or_a_missing_vertex_is_seen() {
         let good: Vec<f32> = (0..50).map(|k| k as f32).collect();
-        assert!(VertexReport::new(0, "p", 0, 5, &good, &good).within);
+        assert!(VertexReport::new((0, "p", 0), VERTEX, 5, &good, &good).within);
         let mut last_place = good.clone();
         last_place[7] = f32::from_bits(last_place[7].to_bits() + 1);
-        let report = VertexReport::new(0, "p", 0, 5, &good, &last_place);
+        let report = VertexReport::new((0, "p", 0), VERTEX, 5, &good, &last_place);
         assert!(report.within && report.differing == 1 && report.max_ulp == 1 && report.outliers == 0);
         let mut wrong = good.clone();
         wrong[7] += 1.0;
-        let report = VertexReport::new(0, "p", 0, 5, &good, &wrong);
+        let report = VertexReport::new((0, "p", 0), VERTEX, 5, &good, &wrong);
         assert!(!report.within && report.outliers == 1);
-        assert!(!VertexReport::new(0, "p", 0, 5, &good, &good[..45]).within);
+        assert!(!VertexReport::new((0, "p", 0), VERTEX, 5, &good, &good[..45]).within);
     }
 }

@@ -11,10 +11,12 @@
 //! | Are the bright lines where they should be? | [`ridge_error`] |
 //! | Is it noise? | [`z_test()`] |
 //! | How fast does it shrink? | [`PowerLaw`] |
+//! | How large may it be, of two executors of one frame? | [`bounds`] |
 //!
 //! Every number is the same on any number of threads: sums are 64-bit and in index order, and what runs in parallel are rows that do not meet. A
 //! value that is not a number is never averaged away; a pair that holds one where it counts cannot be made.
 
+pub mod bounds;
 mod energy;
 mod filter;
 mod flip;

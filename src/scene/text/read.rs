@@ -20,7 +20,7 @@ use crate::names::nearest;
 #[derive(Debug, PartialEq)]
 pub(crate) enum Problem {
     /// A field that does not exist.
-    UnknownField { found: String, allowed: &'static [&'static str] },
+    UnknownField { found: String, allowed: Vec<&'static str> },
     /// A field that has to be given and is not.
     MissingField(&'static str),
     /// A field given twice.
@@ -42,8 +42,18 @@ pub(crate) struct Misfit {
 
 /// Reads the tree's outermost value. `extensions` are those that the file enables; the two that all files have need not be among them.
 pub(crate) fn read<T: DeserializeOwned>(tree: &Tree<'_>, extensions: Extensions) -> Result<T, Misfit> {
-    let reader = Reader { tree, names: extensions.contains(Extensions::EXPLICIT_STRUCT_NAMES), place: Cell::new(Tree::ROOT) };
-    T::deserialize(Value { reader: &reader, node: Tree::ROOT, is_payload: false })
+    read_with(tree, extensions, Tree::ROOT, |value| T::deserialize(value))
+}
+
+/// Gives the value at a node to a function that reads it.
+pub(crate) fn read_with<T>(
+    tree: &Tree<'_>,
+    extensions: Extensions,
+    node: usize,
+    read: impl FnOnce(Value<'_>) -> Result<T, Error>,
+) -> Result<T, Misfit> {
+    let reader = Reader { tree, names: extensions.contains(Extensions::EXPLICIT_STRUCT_NAMES), place: Cell::new(node) };
+    read(Value { reader: &reader, node, is_payload: false })
         .map_err(|Error(problem)| Misfit { node: reader.place.get(), problem: *problem })
 }
 
@@ -69,7 +79,7 @@ impl Reader<'_> {
 
 /// A value to be read.
 #[derive(Clone, Copy)]
-struct Value<'r> {
+pub struct Value<'r> {
     reader: &'r Reader<'r>,
     node: usize,
     /// Whether the value is what stands in the parentheses of `node`, behind `Some` or the name of a variant.
@@ -150,6 +160,35 @@ impl<'r> Value<'r> {
         } else {
             self.reader.refuse(self.node, "values in (parentheses)")
         }
+    }
+
+    /// Reads a struct whose fields are known at run time: `read` is given the place of each field's name among `names`, and its value.
+    pub(crate) fn fields(
+        self,
+        name: &'static str,
+        names: &[&'static str],
+        mut read: impl FnMut(usize, Self) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let mut items = self.group(name)?;
+        let mut seen = vec![false; names.len()];
+        while let Some(found) = items.take_name()? {
+            let place = names.iter().position(|name| *name == found).ok_or_else(|| Error::unknown_field_of(found, names))?;
+            if std::mem::replace(&mut seen[place], true) {
+                return Err(de::Error::duplicate_field(names[place]));
+            }
+            read(place, items.value())?;
+            items.leave();
+        }
+        Ok(())
+    }
+
+    /// One of a few names, which stands alone: its place among them.
+    pub(crate) fn one_of(self, names: &'static [&'static str]) -> Result<usize, Error> {
+        let value = self.single()?;
+        let found = value.reader.tree.head(value.node);
+        let place = names.iter().position(|name| *name == found).ok_or_else(|| <Error as de::Error>::unknown_variant(found, names))?;
+        de::VariantAccess::unit_variant(value)?;
+        Ok(place)
     }
 
     /// The name of an enum's variant.
@@ -291,11 +330,16 @@ impl<'r> Items<'r> {
     }
 
     fn take_named(&mut self) -> Result<Option<StrDeserializer<'r, Error>>, Error> {
+        Ok(self.take_name()?.map(IntoDeserializer::into_deserializer))
+    }
+
+    /// The name of the next item, which must have one.
+    fn take_name(&mut self) -> Result<Option<&'r str>, Error> {
         if !self.advance() {
             return Ok(None);
         }
         match self.reader.tree.name(self.at) {
-            Some(name) => Ok(Some(name.into_deserializer())),
+            Some(name) => Ok(Some(name)),
             None => {
                 self.leave();
                 Err(Error(Box::new(Problem::Unnamed(self.at))))
@@ -342,11 +386,15 @@ impl<'de> de::MapAccess<'de> for Items<'_> {
 
 /// A [`Problem`] in a box: results of all types are moved about, and errors are rare.
 #[derive(Debug)]
-struct Error(Box<Problem>);
+pub struct Error(Box<Problem>);
 
 impl Error {
     fn expected(expected: impl Into<String>) -> Self {
         Self(Box::new(Problem::Expected(expected.into())))
+    }
+
+    fn unknown_field_of(found: &str, allowed: &[&'static str]) -> Self {
+        Self(Box::new(Problem::UnknownField { found: found.to_owned(), allowed: allowed.to_vec() }))
     }
 }
 
@@ -381,7 +429,7 @@ impl de::Error for Error {
     }
 
     fn unknown_field(found: &str, allowed: &'static [&'static str]) -> Self {
-        Self(Box::new(Problem::UnknownField { found: found.to_owned(), allowed }))
+        Self::unknown_field_of(found, allowed)
     }
 
     fn missing_field(field: &'static str) -> Self {

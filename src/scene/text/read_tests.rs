@@ -134,7 +134,7 @@ fn structs_name_the_field_that_is_wrong() {
         (path.to_string(), source, problem)
     };
     let allowed = &["side", "name", "cells", "open"];
-    let unknown = |found: &str| Problem::UnknownField { found: found.to_owned(), allowed };
+    let unknown = |found: &str| Problem::UnknownField { found: found.to_owned(), allowed: allowed.to_vec() };
     assert_eq!(problem("[(), (sides: 1)]"), ("[1].sides".to_owned(), "1".to_owned(), unknown("sides")));
     assert_eq!(problem("[(open: true, open: 1)]"), ("[0].open".to_owned(), "1".to_owned(), Problem::DuplicateField("open")));
     let missing = tried::<Vec<(Thing, u32)>>("[(Nothing, 1), (Free(), 2)]").unwrap_err();

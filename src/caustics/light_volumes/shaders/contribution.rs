@@ -4,7 +4,7 @@ use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::{V3, V4, v4};
 use nephroid_pipeline::Bindings;
 use nephroid_pipeline::shader::{FragmentInput, FragmentOutput};
-use nephroid_scene::Gather;
+use crate::light_volumes::Gather;
 
 use super::BeamsUniform;
 

@@ -8,7 +8,7 @@ use nephroid_math::optics::beer_lambert_rgb;
 use nephroid_math::vector::{V3, v3};
 use nephroid_pipeline::Bindings;
 use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, VertexInput, VertexOutput, VertexShader};
-use nephroid_scene::Gather;
+use crate::light_volumes::Gather;
 
 use super::BeamsUniform;
 use super::contribution::BeamContribution;

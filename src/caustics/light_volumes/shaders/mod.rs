@@ -29,8 +29,9 @@ use crate::passes::fullscreen::FullscreenVertex;
 use crate::passes::shadow_map::LightUniform;
 use nephroid_pipeline::BindingKind;
 use nephroid_pipeline::shader::{Interpolation, Program, Varying};
-use nephroid_scene::{EnergyAt, Gather, Radiometry};
+use nephroid_scene::Radiometry;
 
+use super::settings::{EnergyAt, Gather};
 use super::slices::SliceVertex;
 use face::{FragmentAtFace, VertexAtFace};
 use receiver::{FragmentAtReceiver, VertexAtReceiver};

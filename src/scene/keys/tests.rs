@@ -1,6 +1,8 @@
 use std::path::Path;
 
 use super::*;
+use crate::Medium;
+use crate::settings::tests::{Brush, PAINT, Paint};
 
 /// A scene that has everything that a key can change, seen by `camera`.
 fn scene(camera: &str) -> Scene {
@@ -9,7 +11,7 @@ fn scene(camera: &str) -> Scene {
          Directional(aim: Along(0, -1, 0), irradiance: (1, 1, 1))], environment: (sun_disc: ()), \
          water: (model: AxisCosine()))"
     );
-    crate::parse(&text, "keys", Path::new("")).unwrap()
+    crate::parse(&text, "keys", Path::new(""), PAINT).unwrap()
 }
 
 fn perspective() -> Scene {
@@ -53,39 +55,24 @@ const SAMPLES: &[(&str, &str, &str, Option<&str>)] = &[
     ("tone.shoulder", "0.5", "x", Some("1")),
     ("tone.white", "4", "x", Some("0.5")),
     ("tone.desaturation", "1", "x", Some("-1")),
-    ("caustic_volumes.radiometry", "paper", "metric", None),
-    ("caustic_volumes.grid", "64x32", "64", Some("64x1")),
-    ("caustic_volumes.depth_below_floor_m", "0.5", "deep", Some("-1")),
-    ("caustic_volumes.negligible_light", "0.01", "x", Some("0.6")),
-    ("caustic_volumes.eye_refraction", "virtual_plane", "fresnel", None),
-    ("caustic_volumes.underwater_shadows", "false", "maybe", None),
-    ("caustic_volumes.surface_shadows", "false", "0", None),
-    ("caustic_volumes.shadow_map_size", "512", "big", Some("8")),
-    ("caustic_volumes.faces", "back", "both", None),
-    ("caustic_volumes.samples", "2", "1.5", Some("9")),
-    ("light_volumes.radiometry", "paper", "metric", None),
-    ("light_volumes.gather", "vector", "sum", None),
-    ("light_volumes.energy", "face", "nowhere", None),
-    ("light_volumes.grid", "64x32", "64", Some("64x1")),
-    ("light_volumes.generator_edge", "0.1", "fine", Some("2")),
-    ("light_volumes.planes", "33", "x", Some("1")),
-    ("light_volumes.depth_below_floor_m", "0.5", "deep", Some("-1")),
-    ("light_volumes.culling", "per_beam", "some", None),
-    ("light_volumes.clamping", "false", "maybe", None),
-    ("light_volumes.receiver_culling", "true", "maybe", None),
-    ("light_volumes.buckets", "2x8", "4", Some("0x4")),
-    ("light_volumes.levels", "5", "x", Some("9")),
-    ("light_volumes.shadows", "vertices", "true", None),
-    ("light_volumes.least_shadow", "0.65", "x", Some("1.5")),
-    ("light_volumes.eye_refraction", "virtual_plane", "fresnel", None),
-    ("light_volumes.underwater_shadows", "false", "maybe", None),
-    ("light_volumes.shadow_map_size", "512", "big", Some("8")),
-    ("light_volumes.samples", "2", "1.5", Some("9")),
+    ("paint.radiometry", "paper", "metric", None),
+    ("paint.brush", "roller", "broom", None),
+    ("paint.grid", "64x32", "64", Some("64x1")),
+    ("paint.depth_below_floor_m", "0.5", "deep", Some("-1")),
+    ("paint.coats", "3", "1.5", Some("10")),
+    ("paint.drops", "2x8", "4", Some("0x4")),
+    ("paint.dries", "false", "maybe", None),
+    ("paint.samples", "2", "1.5", Some("9")),
     ("trace.grid", "64x32", "64", Some("64x1")),
     ("trace.plane", "0,-1,0;2,0,0;0,0,3;64x32", "0,0,0;1,0,0", Some("0,0,0;1,0,0;2,0,0;4x4")),
     ("trace.beam_width_m", "0.5", "thin", Some("0")),
     ("trace.max_events", "8", "many", Some("0")),
 ];
+
+/// Every key of these tests.
+fn all() -> Vec<Setting> {
+    settings(PAINT.iter().copied())
+}
 
 /// The scene that has something for `key` to change.
 fn scene_for(key: &str) -> Scene {
@@ -94,7 +81,7 @@ fn scene_for(key: &str) -> Scene {
 
 #[test]
 fn settings_all_have_a_sample() {
-    let keys: Vec<&str> = SETTINGS.iter().map(|setting| setting.key).collect();
+    let keys: Vec<&str> = all().iter().map(|setting| setting.key).collect();
     assert_eq!(keys, SAMPLES.iter().map(|sample| sample.0).collect::<Vec<_>>());
 }
 
@@ -102,13 +89,13 @@ fn settings_all_have_a_sample() {
 fn settings_read_back_what_was_set_and_change_nothing_else() {
     for &(key, value, ..) in SAMPLES {
         let mut scene = scene_for(key);
-        let before: Vec<_> = SETTINGS.iter().map(|setting| (setting.get)(&scene)).collect();
+        let before: Vec<_> = all().iter().map(|setting| setting.get(&scene)).collect();
         scene.set(key, value).unwrap();
         assert_eq!(scene.get(key).unwrap().as_deref(), Some(value), "{key}");
-        for (setting, before) in SETTINGS.iter().zip(before) {
+        for (setting, before) in all().iter().zip(before) {
             // The medium's name and its coefficients are two ways to say the same.
             if setting.key != key && !(setting.key.starts_with("medium.") && key.starts_with("medium.")) {
-                assert_eq!((setting.get)(&scene), before, "{key} changed {}", setting.key);
+                assert_eq!(setting.get(&scene), before, "{key} changed {}", setting.key);
             }
         }
     }
@@ -117,11 +104,11 @@ fn settings_read_back_what_was_set_and_change_nothing_else() {
 #[test]
 fn settings_set_to_what_they_read_change_nothing() {
     for camera in [perspective(), orthographic()] {
-        for setting in SETTINGS {
+        for setting in all() {
             let mut scene = camera.clone();
-            let Some(value) = (setting.get)(&scene) else { continue };
+            let Some(value) = setting.get(&scene) else { continue };
             scene.set(setting.key, &value).unwrap();
-            assert_eq!((setting.get)(&scene).as_ref(), Some(&value), "{}", setting.key);
+            assert_eq!(setting.get(&scene).as_ref(), Some(&value), "{}", setting.key);
             if !setting.key.starts_with("sun.") {
                 assert_eq!(scene, camera, "{}", setting.key);
             }
@@ -136,8 +123,8 @@ fn settings_refuse_bad_values_and_leave_the_scene_alone() {
         let before = scene.clone();
         let error = scene.set(key, unreadable).unwrap_err();
         assert!(matches!(&error, SettingError::Value { found, .. } if found == unreadable), "{error}");
-        let allowed = SETTINGS.iter().find(|setting| setting.key == key).unwrap().allowed;
-        assert!(error.to_string().contains(allowed), "{error}");
+        let allowed = all().iter().find(|setting| setting.key == key).unwrap().allowed.clone();
+        assert!(error.to_string().contains(&*allowed), "{error}");
         if let Some(value) = out_of_range {
             let error = scene.set(key, value).unwrap_err();
             assert!(matches!(error, SettingError::Conflict { .. }), "{key}: {error}");
@@ -148,17 +135,17 @@ fn settings_refuse_bad_values_and_leave_the_scene_alone() {
 
 #[test]
 fn settings_name_their_default() {
-    for setting in SETTINGS.iter().filter(|setting| setting.default != "-") {
+    for setting in all().iter().filter(|setting| setting.default != "-") {
         let text =
             "(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), environment: (sun_disc: ()), water: (model: AxisCosine()))";
-        let scene = crate::parse(text, "defaults", Path::new("")).unwrap();
-        assert_eq!((setting.get)(&scene).as_deref(), Some(setting.default), "{}", setting.key);
+        let scene = crate::parse(text, "defaults", Path::new(""), PAINT).unwrap();
+        assert_eq!(setting.get(&scene).as_deref(), Some(&*setting.default), "{}", setting.key);
     }
 }
 
 #[test]
 fn settings_are_documented() {
-    for setting in SETTINGS {
+    for setting in all() {
         assert!(setting.doc.ends_with('.') && setting.doc.starts_with(char::is_uppercase), "{}", setting.key);
         assert!(!setting.allowed.is_empty() && !setting.default.is_empty(), "{}", setting.key);
     }
@@ -190,10 +177,10 @@ fn set_suggests_the_key_that_was_meant() {
     };
     assert_eq!(nearest("camera.fov"), Some("camera.fov_deg"));
     assert_eq!(nearest("times"), Some("time_s"));
-    assert_eq!(nearest("radiometry"), Some("caustic_volumes.radiometry"));
+    assert_eq!(nearest("radiometry"), Some("paint.radiometry"));
     assert_eq!(nearest("exposure_ev"), Some("tone.exposure_ev"));
     assert_eq!(nearest("xyzzy"), None);
-    let count = SETTINGS.len();
+    let count = all().len();
     assert_eq!(
         perspective().set("image.widht", "1").unwrap_err().to_string(),
         format!("unknown setting `image.widht` (did you mean `image.width`?); `nephroid list settings` shows all {count}")
@@ -203,13 +190,13 @@ fn set_suggests_the_key_that_was_meant() {
 #[test]
 fn set_reads_assignments_in_the_spellings_of_the_command_line() {
     let mut scene = perspective();
-    for assignment in ["caustic-volumes.eye-refraction=Virtual-Plane", "time_s = 1.5 ", "medium.preset=coastal", "sun.irradiance=7"] {
+    for assignment in ["paint.brush=ROLLER", "paint.brush=Flat-Brush", "time_s = 1.5 ", "medium.preset=coastal", "sun.irradiance=7"] {
         scene.set_assignment(assignment).unwrap();
     }
-    assert_eq!(scene.techniques.caustic_volumes.eye_refraction, EyeRefraction::VirtualPlane);
+    assert_eq!(scene.techniques.get::<Paint>().brush, Brush::FlatBrush);
     assert_eq!((scene.time_s, scene.medium), (1.5, Medium::COASTAL));
     assert_eq!(scene.get("sun.irradiance").unwrap().unwrap(), "7,7,7");
-    scene.set_assignment("caustic_volumes.grid=none").unwrap();
-    assert_eq!(scene.techniques.caustic_volumes.grid, None);
+    scene.set_assignment("paint.grid=none").unwrap();
+    assert_eq!(scene.techniques.get::<Paint>().grid, None);
     assert_eq!(scene.set_assignment("time_s"), Err(SettingError::NoValue("time_s".to_owned())));
 }

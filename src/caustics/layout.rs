@@ -1,0 +1,59 @@
+//! Layouts of structs that programs share with their WGSL twins, as a test compares them.
+
+use nephroid_scene::PatternUniform;
+
+use super::beams::Beam;
+use super::passes::camera::CameraUniform;
+use super::passes::compose::LayerUniform;
+use super::passes::downsample::DownsampleUniform;
+use super::passes::environment::EnvironmentUniform;
+use super::passes::filter::KernelUniform;
+use super::passes::geometry_buffer::{MaterialUniform, ReceiverVertex};
+use super::passes::light_buffer::{LightView, SurfaceUniform};
+use super::passes::rotating_filter::RotatingUniform;
+use super::passes::shadow_map::LightUniform;
+use super::passes::water_surface::WaterVertex;
+
+/// A struct as it lies in a buffer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Its name, the same in Rust and in WGSL.
+    pub name: &'static str,
+    /// Its size, bytes.
+    pub size: usize,
+    /// Names and offsets (bytes) of its fields, in order.
+    pub fields: Vec<(&'static str, usize)>,
+}
+
+/// The [`Layout`] of a struct, from its name and those of all its fields.
+#[macro_export]
+macro_rules! layout {
+    ($type:ident: $($field:ident),+) => {
+        $crate::layout::Layout {
+            name: stringify!($type),
+            size: size_of::<$type>(),
+            fields: vec![$((stringify!($field), std::mem::offset_of!($type, $field))),+],
+        }
+    };
+}
+
+/// Structs of the passes that techniques share.
+#[must_use]
+pub fn shared() -> Vec<Layout> {
+    vec![
+        layout!(CameraUniform: clip_from_world, world_from_clip, eye_ws, size_px, water, extent),
+        layout!(EnvironmentUniform: zenith, horizon, ground, disc, suns, ambient, sigma_t, inscatter),
+        layout!(PatternUniform: kind, numbers, first, colours),
+        layout!(MaterialUniform: pattern, kind),
+        layout!(ReceiverVertex: position_ws, normal_ws),
+        layout!(WaterVertex: position_ws, normal_ws),
+        layout!(LightUniform: clip_from_world, position_ws, intensity, spot, water, entry, refracted),
+        layout!(Beam: g, d, flux),
+        layout!(LightView: clip_from_world, position_ws),
+        layout!(SurfaceUniform: pattern, optics),
+        layout!(KernelUniform: weights, step),
+        layout!(RotatingUniform: taps, rotations, count),
+        layout!(DownsampleUniform: sizes),
+        layout!(LayerUniform: scale, distance, ratio),
+    ]
+}

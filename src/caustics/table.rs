@@ -1,0 +1,94 @@
+//! Tables of techniques: the library's own, and those of whoever adds to it.
+
+use std::ops::Deref;
+use std::path::Path;
+
+use nephroid_scene::{Scene, SceneError, Setting, Settings};
+
+use super::bounds::{self, PassBounds};
+use super::layout::{self, Layout};
+use super::{RenderError, Technique};
+
+/// Techniques, the default one first.
+#[derive(Clone, Copy)]
+pub struct Techniques(pub &'static [&'static dyn Technique]);
+
+impl std::fmt::Debug for Techniques {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_list().entries(self.names()).finish()
+    }
+}
+
+impl Deref for Techniques {
+    type Target = [&'static dyn Technique];
+
+    fn deref(&self) -> &Self::Target {
+        self.0
+    }
+}
+
+impl Techniques {
+    /// All names, in the order of the table.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        self.0.iter().map(|technique| technique.name())
+    }
+
+    /// Finds a technique by name.
+    pub fn find(self, name: &str) -> Result<&'static dyn Technique, RenderError> {
+        let found = self.0.iter().find(|technique| technique.name() == name).copied();
+        let known = || self.names().collect::<Vec<_>>().join(", ");
+        found.ok_or_else(|| RenderError::UnknownTechnique { seen: name.to_owned(), known: known() })
+    }
+
+    /// The tables of settings that a scene for these techniques may use.
+    #[must_use]
+    pub fn known_settings(self) -> Vec<&'static dyn Settings> {
+        self.0.iter().map(|technique| technique.settings()).collect()
+    }
+
+    /// Every key of `--set`.
+    #[must_use]
+    pub fn settings(self) -> Vec<Setting> {
+        nephroid_scene::settings(self.known_settings())
+    }
+
+    /// Reads a scene file: [`nephroid_scene::load`] with the settings of these techniques.
+    pub fn load(self, file: &Path) -> Result<Scene, SceneError> {
+        nephroid_scene::load(file, &self.known_settings())
+    }
+
+    /// Reads a scene from a text: [`nephroid_scene::parse`] with the settings of these techniques.
+    pub fn parse(self, text: &str, file: &str, base_dir: &Path) -> Result<Scene, SceneError> {
+        nephroid_scene::parse(text, file, base_dir, &self.known_settings())
+    }
+
+    /// Reads a scene from bytes: [`nephroid_scene::parse_bytes`] with the settings of these techniques.
+    pub fn parse_bytes(self, bytes: &[u8], file: &str, base_dir: &Path) -> Result<Scene, SceneError> {
+        nephroid_scene::parse_bytes(bytes, file, base_dir, &self.known_settings())
+    }
+
+    /// How far a driver may be from the software GPU, pass by pass: in those that techniques share, and in their own.
+    #[must_use]
+    pub fn bounds(self) -> Vec<PassBounds> {
+        bounds::SHARED.iter().chain(self.0.iter().flat_map(|technique| technique.bounds())).copied().collect()
+    }
+
+    /// The structs that programs share with their WGSL twins: those of shared passes, and the techniques' own.
+    #[must_use]
+    pub fn layouts(self) -> Vec<Layout> {
+        layout::shared().into_iter().chain(self.0.iter().flat_map(|technique| technique.layouts())).collect()
+    }
+}
+
+/// Declares techniques: each name is a module beside this line, and its constant `TECHNIQUE` a line of the table.
+///
+/// `rustfmt` does not look into modules that a macro declares; `.ci/run` names their files to it.
+#[macro_export]
+macro_rules! techniques {
+    ($(#[$meta:meta])* $vis:vis const $table:ident = [$($module:ident),+ $(,)?];) => {
+        $(pub mod $module;)+
+
+        $(#[$meta])*
+        $vis const $table: $crate::Techniques = $crate::Techniques(&[$($module::TECHNIQUE),+]);
+    };
+}
