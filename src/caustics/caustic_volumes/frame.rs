@@ -13,9 +13,9 @@ use nephroid_pipeline::frame::{BindEntry, DepthTarget, FrameDraw, FramePass};
 use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::state::{CompareFunction, DepthBiasState, Face, PrimitiveState, PrimitiveTopology};
 use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
+use nephroid_scene::Radiometry;
 use nephroid_scene::Scene;
 use nephroid_scene::water::HeightField;
-use nephroid_scene::Radiometry;
 
 use super::settings::{CausticVolumes, Faces};
 use super::shaders::{self, VolumeUniform};

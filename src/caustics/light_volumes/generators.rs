@@ -6,10 +6,10 @@ use nephroid_scene::{Radiometry, Scene};
 use crate::beams::{self, FluxModel, LightBeams};
 use crate::{Receivers, RenderError};
 
-use super::settings::LightVolumes;
-use super::{LightVolumesError, MAX_BEAMS};
 use super::hierarchy::Span;
+use super::settings::LightVolumes;
 use super::specular::{self, Specular};
+use super::{LightVolumesError, MAX_BEAMS};
 
 /// Generators of a frame, with what their beams depend on.
 pub struct Generators<'a> {

@@ -3,9 +3,9 @@
 use glam::Vec3;
 
 use nephroid_pipeline::Device;
+use nephroid_scene::Scene;
 use nephroid_scene::geom::Aabb;
 use nephroid_scene::water::{HeightField, WaterSim};
-use nephroid_scene::Scene;
 
 use crate::beams;
 use crate::builder::{FrameBuilder, FrameLight, cut_level};

@@ -1,10 +1,10 @@
 //! What a beam adds to the targets.
 
+use crate::light_volumes::Gather;
 use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::{V3, V4, v4};
 use nephroid_pipeline::Bindings;
 use nephroid_pipeline::shader::{FragmentInput, FragmentOutput};
-use crate::light_volumes::Gather;
 
 use super::BeamsUniform;
 

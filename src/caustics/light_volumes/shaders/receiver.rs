@@ -2,13 +2,13 @@
 
 use crate::beams::Beam;
 use crate::beams::geometry::double_area;
+use crate::light_volumes::Gather;
 use crate::passes::camera::CameraUniform;
 use nephroid_math::lanes::Lanes;
 use nephroid_math::optics::beer_lambert_rgb;
 use nephroid_math::vector::{V3, v2, v3};
 use nephroid_pipeline::Bindings;
 use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, VertexInput, VertexOutput, VertexShader};
-use crate::light_volumes::Gather;
 
 use super::BeamsUniform;
 use super::contribution::BeamContribution;
