@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use nephroid::caustics::{RenderOptions, Renderer};
-use nephroid::frame::{BindEntry, ColorTarget, CpuExecutor, DepthTarget, Executor as _, Frame, FrameDraw, FramePass};
+use nephroid::frame::{BindEntry, ColorAttachment, CpuExecutor, DepthStencilAttachment, Draw, Executor as _, Frame, Pass};
 use nephroid::gpu::{Gpu, GpuFrame, Vertices, adapters};
 use nephroid::pipeline::state::{
     ADDITIVE, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, PrimitiveState, PrimitiveTopology,
@@ -55,13 +55,13 @@ fn microbenchmark(mode: Mode, topology: PrimitiveTopology, count: u32, pixels: f
     let group = frame.bind_group(vec![BindEntry::Storage(buffer)]);
     let state = ColorTargetState { format: TextureFormat::R32Float, blend: Some(ADDITIVE), write_mask: ColorWrites::ALL };
     let (width, height) = SIZE;
-    let mut pass = FramePass { label: "bench".into(), ..FramePass::default() };
+    let mut pass = Pass { label: "bench".into(), ..Pass::default() };
     let colored = mode != Mode::Stencil;
     if colored {
         let view = frame.texture(TextureDescriptor::d2("color", width, height, TextureFormat::R32Float)).into();
-        pass.color = vec![Some(ColorTarget { view, load: LoadOp::Clear(Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 }) })];
+        pass.color = vec![Some(ColorAttachment { view, load: LoadOp::Clear(Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 }) })];
     }
-    pass.depth = depth_stencil.as_ref().map(|state| DepthTarget {
+    pass.depth_stencil = depth_stencil.as_ref().map(|state| DepthStencilAttachment {
         view: frame.texture(TextureDescriptor::d2("depth", width, height, state.format)).into(),
         depth_load: LoadOp::Clear(1.0),
         stencil_load: LoadOp::Clear(0),
@@ -73,7 +73,7 @@ fn microbenchmark(mode: Mode, topology: PrimitiveTopology, count: u32, pixels: f
         ..RenderPipelineDescriptor::new("bench", shared::program(colored))
     });
     let each = count * corners / draws;
-    pass.draws = (0..draws).map(|d| FrameDraw::new(pipeline, group, d * each..(d + 1) * each)).collect();
+    pass.draws = (0..draws).map(|d| Draw::new(pipeline, group, d * each..(d + 1) * each)).collect();
     frame.passes.push(pass);
     frame
 }
@@ -119,7 +119,7 @@ fn time_driver(gpu: &Gpu, frame: &Frame) -> Timed {
     let mut executor = CpuExecutor::new(Device::new(DeviceOptions::default()).expect("threads start"), MEMORY);
     let contents = executor.run(frame, None).expect("the frame runs").contents.clone();
     let mut on_gpu = GpuFrame::new(gpu, frame).expect("the driver holds the frame");
-    let ready = |(index, pass): (usize, &FramePass)| {
+    let ready = |(index, pass): (usize, &Pass)| {
         on_gpu.prepare(index, 0..pass.draws.len(), Vertices::Shaded, &device, &contents).expect("the driver can draw it")
     };
     let passes: Vec<_> = frame.passes.iter().enumerate().map(ready).collect();

@@ -79,7 +79,7 @@ impl Bench {
     }
 
     /// Median seconds of a pass.
-    fn time(&mut self, mode: Mode, topology: PrimitiveTopology, buffer: &Buffer, draws: u32, elements: u32) -> f64 {
+    fn time(&mut self, mode: Mode, topology: PrimitiveTopology, buffer: &Buffer, draws: u32, vertices: u32) -> f64 {
         let pipeline = pipeline(mode, topology);
         let entries = [Binding::Storage(buffer)];
         let mut times = Vec::new();
@@ -94,7 +94,7 @@ impl Bench {
                     stencil_load: LoadOp::Clear(0),
                 }),
                 draws: (0..draws)
-                    .map(|d| Draw::new(&pipeline, Bindings::new(&entries, 0), d * elements..(d + 1) * elements, SIZE))
+                    .map(|d| Draw::new(&pipeline, Bindings::new(&entries, 0), d * vertices..(d + 1) * vertices, SIZE))
                     .collect(),
                 ..Pass::default()
             };

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use nephroid::caustics::caustic_volumes::{CausticVolumes, Faces};
-use nephroid::frame::{Contents, FrameObserver, FramePass};
+use nephroid::frame::{Contents, FrameObserver, Pass};
 use nephroid::math::lanes::Lanes;
 use nephroid::math::rng::uniform3;
 use nephroid::math::vector::v4;
@@ -92,11 +92,11 @@ pub struct PassClock {
 }
 
 impl FrameObserver for PassClock {
-    fn pass_begin(&mut self, _index: usize, _pass: &FramePass) -> Option<&mut dyn Observer> {
+    fn pass_begin(&mut self, _index: usize, _pass: &Pass) -> Option<&mut dyn Observer> {
         self.begun = Some(Instant::now());
         None
     }
-    fn pass_end(&mut self, _index: usize, pass: &FramePass, _contents: &Contents, _output: &PassOutput) {
+    fn pass_end(&mut self, _index: usize, pass: &Pass, _contents: &Contents, _output: &PassOutput) {
         let seconds = self.begun.map_or(0.0, |begun| begun.elapsed().as_secs_f64());
         self.seconds.push((pass.label.clone(), seconds));
     }

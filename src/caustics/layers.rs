@@ -41,7 +41,7 @@ pub(super) fn attachment(frame: &Frame, name: &str) -> Option<TextureId> {
     let (pass, attachment) = name.rsplit_once('/')?;
     let id = frame.texture_named(attachment)?;
     let pass = &frame.passes[frame.pass_index(pass)?];
-    let views = pass.color.iter().flatten().map(|t| t.view).chain(pass.depth.iter().map(|t| t.view));
+    let views = pass.color.iter().flatten().map(|t| t.view).chain(pass.depth_stencil.iter().map(|t| t.view));
     views.into_iter().any(|v| v.texture == id).then_some(id)
 }
 
@@ -49,7 +49,7 @@ pub(super) fn attachment(frame: &Frame, name: &str) -> Option<TextureId> {
 pub(super) fn attachment_names(frame: &Frame) -> Vec<String> {
     let mut names = Vec::new();
     for pass in &frame.passes {
-        for view in pass.color.iter().flatten().map(|t| t.view).chain(pass.depth.iter().map(|t| t.view)) {
+        for view in pass.color.iter().flatten().map(|t| t.view).chain(pass.depth_stencil.iter().map(|t| t.view)) {
             names.push(format!("{}/{}", pass.label, frame.textures[view.texture.index()].desc.label));
         }
     }

@@ -2,11 +2,11 @@
 //!
 //! What a technique draws may depend on how many samples of a shape pass a depth test. The technique describes such queries as data
 //! ([`OcclusionQueries`]) and never draws by itself: [`ask`] runs the passes on the device that builds the frame, returns the counts, and
-//! appends the same passes to the frame with their output cached ([`FramePass::cached`]). The software GPU returns the cached output; other
+//! appends the same passes to the frame with their output cached ([`Pass::cached`]). The software GPU returns the cached output; other
 //! executors and the cross-check count for themselves.
 
 use nephroid_pipeline::frame::{
-    BindGroupId, Contents, DepthTarget, Frame, FrameDraw, FrameError, FramePass, PipelineId, TextureId, check_references, pipelines,
+    BindGroupId, Contents, DepthStencilAttachment, Draw, Frame, FrameError, Pass, PipelineId, TextureId, check_references, pipelines,
     run_frame_pass,
 };
 use nephroid_pipeline::{Device, LoadOp, RenderPipeline};
@@ -71,7 +71,7 @@ impl Counter<'_> {
             let pass = self.queries.pass(format!("{label} part {part}"), shapes);
             let output = run_frame_pass(self.device, &self.queries.occluders, &self.pipelines, &pass, &mut self.contents, None)?;
             counts.extend_from_slice(&output.queries);
-            self.queries.occluders.passes.push(FramePass { cached: Some(output), ..pass });
+            self.queries.occluders.passes.push(Pass { cached: Some(output), ..pass });
         }
         Ok(counts)
     }
@@ -79,17 +79,17 @@ impl Counter<'_> {
 
 impl OcclusionQueries {
     /// A pass with one query for each shape.
-    fn pass(&self, label: String, shapes: &[u32]) -> FramePass {
-        let draw = |(query, &shape): (usize, &u32)| FrameDraw {
+    fn pass(&self, label: String, shapes: &[u32]) -> Pass {
+        let draw = |(query, &shape): (usize, &u32)| Draw {
             query: Some(query as u32),
-            ..FrameDraw::new(self.pipeline, self.bindings, shape * self.shape_vertices..(shape + 1) * self.shape_vertices)
+            ..Draw::new(self.pipeline, self.bindings, shape * self.shape_vertices..(shape + 1) * self.shape_vertices)
         };
-        FramePass {
+        Pass {
             label,
-            depth: Some(DepthTarget { view: self.depth.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Load }),
+            depth_stencil: Some(DepthStencilAttachment { view: self.depth.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Load }),
             draws: shapes.iter().enumerate().map(draw).collect(),
             query_count: shapes.len(),
-            ..FramePass::default()
+            ..Pass::default()
         }
     }
 }

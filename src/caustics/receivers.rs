@@ -17,7 +17,7 @@ pub struct ReceiverGroup {
     /// What it does with light.
     pub material: Material,
     /// Places in the mesh's indices.
-    pub elements: std::ops::Range<u32>,
+    pub indices: std::ops::Range<u32>,
     /// Whether all of it is under water and no light from above could pass it and reach something dry: then it casts no shadow through air.
     pub submerged: bool,
 }
@@ -53,8 +53,8 @@ impl Receivers {
         for (object, mesh) in scene.objects.iter().zip(meshes) {
             let first = all.indices.len() as u32;
             append(&mut all, &mesh?, cut_y);
-            let elements = first..all.indices.len() as u32;
-            groups.push(ReceiverGroup { material: object.material.clone(), elements, submerged: false });
+            let indices = first..all.indices.len() as u32;
+            groups.push(ReceiverGroup { material: object.material.clone(), indices, submerged: false });
         }
         if let Some(water) = &scene.water {
             find_submerged(&all, &mut groups, water);
@@ -79,12 +79,12 @@ impl Receivers {
             Light::Directional { .. } => light.incident(Vec3::ZERO).direction_ws.y < 0.0,
             Light::Point { position, .. } | Light::Spot { position, .. } => position.y > level_y,
         };
-        self.groups.iter().filter(move |group| !(group.elements.is_empty() || from_above && group.submerged))
+        self.groups.iter().filter(move |group| !(group.indices.is_empty() || from_above && group.submerged))
     }
 
     /// Positions of a group's vertices in the order of its indices, three per triangle.
     pub fn positions_of<'a>(&'a self, group: &ReceiverGroup) -> impl Iterator<Item = Vec3> + use<'a> {
-        let indices = &self.mesh.indices[group.elements.start as usize..group.elements.end as usize];
+        let indices = &self.mesh.indices[group.indices.start as usize..group.indices.end as usize];
         indices.iter().map(|&i| self.mesh.positions[i as usize])
     }
 
@@ -169,7 +169,7 @@ fn find_submerged(all: &Mesh, groups: &mut [ReceiverGroup], water: &Water) {
         return;
     }
     for group in groups {
-        let mut indices = all.indices[group.elements.start as usize..group.elements.end as usize].iter();
+        let mut indices = all.indices[group.indices.start as usize..group.indices.end as usize].iter();
         group.submerged = indices.all(|&i| is_low(&all.positions[i as usize]));
     }
 }

@@ -12,8 +12,8 @@ use super::resources::{Resources, attachment_view};
 use super::stream::Streamed;
 use super::twin::{PULLED_GROUP, TextureUse, VertexSource};
 use nephroid_pipeline::frame::{
-    AttachmentView, BindEntry, BindGroupProblem, BufferId, Contents, Frame, FrameDraw, FrameError, FramePass, PipelineId, TextureId,
-    TextureView, check_references, cleared_first, target_size,
+    AttachmentView, BindEntry, BindGroupProblem, BufferId, Contents, Draw, Frame, FrameError, Pass, PipelineId, TextureId, TextureView,
+    check_references, cleared_first, target_size,
 };
 use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::state::{MAX_COLOR_TARGETS, PixelRect, PrimitiveTopology, Viewport};
@@ -53,7 +53,7 @@ struct GpuDraw {
     /// Pulled vertices, in pieces that fit a binding, and how many there are.
     pulled: Vec<(wgpu::BindGroup, u32)>,
     /// What is drawn if nothing is pulled.
-    elements: Range<u32>,
+    vertices: Range<u32>,
 }
 
 impl<'f> GpuFrame<'f> {
@@ -158,17 +158,17 @@ impl<'f> GpuFrame<'f> {
             };
             let group = group.clone();
             let pulled = pulled.map_or(Ok(Vec::new()), |p| self.pulled_pieces(&p, compiled))?;
-            let mut elements = draw.elements.clone();
+            let mut vertices = draw.vertices.clone();
             if let Some(buffer) = draw.streamed {
-                elements.end = elements.end.min(elements.start.saturating_add(contents.streamed[buffer.index()].vertices));
+                vertices.end = vertices.end.min(vertices.start.saturating_add(contents.streamed[buffer.index()].vertices));
             }
-            ready.push(GpuDraw { number, pipeline: key, group, pulled, elements });
+            ready.push(GpuDraw { number, pipeline: key, group, pulled, vertices });
         }
         Ok(GpuPass { index, draws: ready, counters })
     }
 
     /// Targets that count the pass's queries, four each.
-    fn counters(&self, pass: &FramePass) -> Result<Vec<wgpu::Texture>, GpuError> {
+    fn counters(&self, pass: &Pass) -> Result<Vec<wgpu::Texture>, GpuError> {
         let count = pass.query_count.div_ceil(4);
         if count == 0 {
             return Ok(Vec::new());
@@ -191,7 +191,7 @@ impl<'f> GpuFrame<'f> {
     /// A draw's bind group: the bindings that some entry points use.
     pub(super) fn bind_group(
         &self,
-        draw: &FrameDraw,
+        draw: &Draw,
         bindings: &[(u32, Option<TextureUse>)],
         layout: &wgpu::BindGroupLayout,
     ) -> Result<wgpu::BindGroup, GpuError> {
@@ -329,7 +329,7 @@ impl<'f> GpuFrame<'f> {
             (self.resources.texture(view.texture).create_view(&descriptor), volume.then_some(view.layer))
         };
         let color: Vec<_> = pass.color.iter().map(|t| t.as_ref().map(|t| (view(t.view), t.load))).collect();
-        let depth = pass.depth.as_ref().map(|t| (view(t.view).0, t));
+        let depth = pass.depth_stencil.as_ref().map(|t| (view(t.view).0, t));
         let counters: Vec<_> = ready.counters.iter().map(|t| t.create_view(&wgpu::TextureViewDescriptor::default())).collect();
         let mut attachments: Vec<_> = color
             .iter()
@@ -394,9 +394,9 @@ impl<'f> GpuFrame<'f> {
             match draw.index {
                 Some(index) => {
                     encoded.set_index_buffer(self.resources.buffers[index.buffer.index()].slice(..), index.format);
-                    encoded.draw_indexed(ready.elements.clone(), draw.base_vertex, draw.instances.clone());
+                    encoded.draw_indexed(ready.vertices.clone(), draw.base_vertex, draw.instances.clone());
                 }
-                None => encoded.draw(ready.elements.clone(), draw.instances.clone()),
+                None => encoded.draw(ready.vertices.clone(), draw.instances.clone()),
             }
         }
     }

@@ -1,7 +1,7 @@
 //! What WebGPU cannot draw, as triangles, lines and points that it can: the vertex and geometry stages run on the software GPU, sprites
 //! and wide lines become triangles, and the driver pulls finished vertices from a buffer.
 
-use nephroid_pipeline::frame::{Contents, Frame, FrameDraw, FrameError, FramePass, stream_draw, target_size};
+use nephroid_pipeline::frame::{Contents, Draw, Frame, FrameError, Pass, stream_draw, target_size};
 use nephroid_pipeline::state::{PrimitiveTopology, Viewport};
 use nephroid_pipeline::{Device, MAX_POINT_SIZE, PrimitiveClass};
 
@@ -19,7 +19,7 @@ pub(super) struct Pulled {
 }
 
 /// Whether a driver cannot draw this by itself: there is a geometry stage, a sprite that is told its own coordinates, or a wide line.
-pub(super) fn must_be_pulled(frame: &Frame, draw: &FrameDraw) -> bool {
+pub(super) fn must_be_pulled(frame: &Frame, draw: &Draw) -> bool {
     let desc = &frame.pipelines[draw.pipeline.index()];
     let lines = matches!(desc.primitive.topology, PrimitiveTopology::LineList | PrimitiveTopology::LineStrip);
     // A vertex shader may give points any size, which its twin has no way to say.
@@ -28,7 +28,7 @@ pub(super) fn must_be_pulled(frame: &Frame, draw: &FrameDraw) -> bool {
 }
 
 /// The finished vertices of a draw.
-pub(super) fn pull(device: &Device, frame: &Frame, pass: &FramePass, draw: &FrameDraw, contents: &Contents) -> Result<Pulled, FrameError> {
+pub(super) fn pull(device: &Device, frame: &Frame, pass: &Pass, draw: &Draw, contents: &Contents) -> Result<Pulled, FrameError> {
     let (class, stream) = stream_draw(device, frame, pass, draw, contents)?;
     let desc = &frame.pipelines[draw.pipeline.index()];
     let floats = frame.stream_floats(draw.pipeline);

@@ -8,7 +8,7 @@ use super::frame::{GpuFrame, Vertices};
 use super::twin::{PULLED_GROUP, STREAM_GROUP, STREAMED_VERTEX, TextureUse, streamed_vertex};
 use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::v4;
-use nephroid_pipeline::frame::{BindGroup, BindGroupId, Contents, Frame, FrameDraw, FramePass, PipelineId, stream_draw};
+use nephroid_pipeline::frame::{BindGroup, BindGroupId, Contents, Draw, Frame, Pass, PipelineId, stream_draw};
 use nephroid_pipeline::shader::{Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader};
 use nephroid_pipeline::{Bindings, Device, PrimitiveClass, RenderPipelineDescriptor, StreamOutStatistics};
 
@@ -73,11 +73,11 @@ impl Streamed {
     }
 
     /// The vertex of every corner of a draw's primitives, in order.
-    fn vertex_indices(&self, draw: &FrameDraw, device: &Device, contents: &Contents) -> Result<Vec<u32>, GpuError> {
+    fn vertex_indices(&self, draw: &Draw, device: &Device, contents: &Contents) -> Result<Vec<u32>, GpuError> {
         let (buffers, streamed) = (contents.buffers.clone(), contents.streamed.clone());
-        let draw = FrameDraw { pipeline: PipelineId::at(0), bind_group: BindGroupId::at(0), ..draw.clone() };
+        let draw = Draw { pipeline: PipelineId::at(0), bind_group: BindGroupId::at(0), ..draw.clone() };
         let (_, stream) =
-            stream_draw(device, &self.indices, &FramePass::default(), &draw, &Contents { buffers, streamed, ..Contents::default() })?;
+            stream_draw(device, &self.indices, &Pass::default(), &draw, &Contents { buffers, streamed, ..Contents::default() })?;
         Ok(stream.data.chunks_exact(6).map(|v| v[4] as u32 | (v[5] as u32) << 16).collect())
     }
 }

@@ -12,7 +12,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use nephroid::caustics::{RenderOptions, Renderer, TECHNIQUES, Technique, Variant};
-use nephroid::frame::{Contents, CpuExecutor, Executor, Frame, FrameObserver, FramePass};
+use nephroid::frame::{Contents, CpuExecutor, Executor, Frame, FrameObserver, Pass};
 use nephroid::math::level::wide_levels;
 use nephroid::pipeline::shader::ShaderWidth;
 use nephroid::pipeline::{Device, DeviceOptions, Observer, PassOutput};
@@ -59,11 +59,11 @@ struct Hasher {
 }
 
 impl FrameObserver for Hasher {
-    fn pass_begin(&mut self, _index: usize, _pass: &FramePass) -> Option<&mut dyn Observer> {
+    fn pass_begin(&mut self, _index: usize, _pass: &Pass) -> Option<&mut dyn Observer> {
         None
     }
-    fn pass_end(&mut self, _index: usize, pass: &FramePass, contents: &Contents, _output: &PassOutput) {
-        let views = pass.color.iter().flatten().map(|t| t.view).chain(pass.depth.iter().map(|t| t.view));
+    fn pass_end(&mut self, _index: usize, pass: &Pass, contents: &Contents, _output: &PassOutput) {
+        let views = pass.color.iter().flatten().map(|t| t.view).chain(pass.depth_stencil.iter().map(|t| t.view));
         for view in views {
             let texture = contents.texture(view.texture);
             let hash = hash_words(&texture.read_bytes(view.level, view.layer));

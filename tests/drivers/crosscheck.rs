@@ -7,7 +7,7 @@ use std::sync::Arc;
 use nephroid::caustics::builder::{Contributions, FrameBuilder, ViewOptions};
 use nephroid::caustics::light_volumes::LightVolumes;
 use nephroid::caustics::{Receivers, RenderOptions, Renderer, TECHNIQUES};
-use nephroid::frame::{BindEntry, ColorTarget, DepthTarget, Executor as _, Frame, FrameDraw, FrameError, FramePass};
+use nephroid::frame::{BindEntry, ColorAttachment, DepthStencilAttachment, Draw, Executor as _, Frame, FrameError, Pass};
 use nephroid::frame::{Contents, stream_draw};
 use nephroid::geom::shapes::{Cylinder, UvSphere};
 use nephroid::gpu::conformance::program::{Vertex, program};
@@ -83,7 +83,7 @@ fn frame() -> Frame {
             },
             bias: DepthBiasState::default(),
         });
-        let depth = depth_stencil.as_ref().map(|state| DepthTarget {
+        let depth = depth_stencil.as_ref().map(|state| DepthStencilAttachment {
             view: frame.texture(TextureDescriptor::d2("counts", SIZE, SIZE, state.format)).into(),
             depth_load: LoadOp::Clear(1.0),
             stencil_load: LoadOp::Clear(0),
@@ -99,18 +99,16 @@ fn frame() -> Frame {
             let buffer = frame.buffer(format!("{label} {draw}"), Arc::new(Buffer::from_slice(&vertices)));
             let group = frame.bind_group(vec![BindEntry::Storage(buffer), BindEntry::Uniform(settings, 0)]);
             let viewport = Viewport { x: 8.0, y: 8.0, width: 32.0, height: 32.0, min_depth: 0.0, max_depth: 1.0 };
-            draws.push(FrameDraw {
-                viewport: (label == "viewport").then_some(viewport),
-                ..FrameDraw::new(pipeline, group, 0..vertices.len() as u32)
-            });
+            draws
+                .push(Draw { viewport: (label == "viewport").then_some(viewport), ..Draw::new(pipeline, group, 0..vertices.len() as u32) });
         }
         let load = LoadOp::Clear(Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 });
-        frame.passes.push(FramePass {
+        frame.passes.push(Pass {
             label: label.into(),
-            color: vec![Some(ColorTarget { view: color.into(), load })],
-            depth,
+            color: vec![Some(ColorAttachment { view: color.into(), load })],
+            depth_stencil: depth,
             draws,
-            ..FramePass::default()
+            ..Pass::default()
         });
     }
     frame
@@ -309,7 +307,8 @@ fn occlusion_queries_are_counted_exactly() {
         let mut frame = frame();
         frame.passes.truncate(1);
         let depth = frame.texture(TextureDescriptor::d2("depth", SIZE, SIZE, TextureFormat::Depth32Float));
-        frame.passes[0].depth = Some(DepthTarget { view: depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
+        frame.passes[0].depth_stencil =
+            Some(DepthStencilAttachment { view: depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
         let depth_state = DepthStencilState {
             format: TextureFormat::Depth32Float,
             depth_write_enabled: Some(true),
@@ -320,7 +319,7 @@ fn occlusion_queries_are_counted_exactly() {
         frame.pipelines[0].depth_stencil = Some(depth_state);
         let draw = frame.passes[0].draws[0].clone();
         frame.passes[0].query_count = 6;
-        frame.passes[0].draws = (0..6).map(|q| FrameDraw { query: Some(q), elements: q * 12..(q + 1) * 12, ..draw.clone() }).collect();
+        frame.passes[0].draws = (0..6).map(|q| Draw { query: Some(q), vertices: q * 12..(q + 1) * 12, ..draw.clone() }).collect();
         let (report, _) = compare(&gpu, &frame, &frame, Mode::FreeRunning);
         assert!(report.agrees(), "{}: {report:?}", gpu.adapter().title());
         let mut bad = frame.clone();
@@ -347,7 +346,7 @@ fn stream_out_by_compute_is_that_of_the_software_gpu() {
             frame.pipelines[0].primitive = PrimitiveState { topology, strip_index_format, ..PrimitiveState::default() };
             let restart = if topology.is_strip() { u32::MAX } else { 3 };
             let indices = frame.buffer("indices", Arc::new(Buffer::from_slice(&[7, 1, 4, 2, restart, 9, 8, 3, 0, 5, 6, 2_u32])));
-            let draw = FrameDraw { elements: 0..12, base_vertex: 11, ..frame.passes[0].draws[0].clone() }.indexed(indices);
+            let draw = Draw { vertices: 0..12, base_vertex: 11, ..frame.passes[0].draws[0].clone() }.indexed(indices);
             frame.passes[0].draws = vec![draw];
             let contents = Contents::initial(&frame).expect("possible textures");
             let (_, expected) = stream_draw(&device, &frame, &frame.passes[0], &frame.passes[0].draws[0], &contents).expect("it streams");
@@ -435,7 +434,7 @@ fn wide_lines_and_sprites_cover_what_they_should() {
             let mut frame = frame();
             frame.passes.truncate(1);
             frame.passes[0].draws.truncate(1);
-            frame.passes[0].draws[0].elements = 0..40;
+            frame.passes[0].draws[0].vertices = 0..40;
             frame.pipelines[0].primitive = PrimitiveState { topology, ..PrimitiveState::default() };
             frame.pipelines[0].line_width = line_width;
             frame.buffers[0].data = Arc::new(Buffer::from_slice(&[size, 0.0, 0.0, 0.0_f32]));

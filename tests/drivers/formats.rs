@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nephroid::frame::{BindEntry, ColorTarget, Frame, FrameDraw, FramePass};
+use nephroid::frame::{BindEntry, ColorAttachment, Draw, Frame, Pass};
 use nephroid::frame::{Contents, pipelines, run_frame_pass};
 use nephroid::gpu::crosscheck::relative;
 use nephroid::gpu::{Family, Gpu, GpuFrame, Vertices, adapters};
@@ -140,11 +140,11 @@ fn draw_on_both(gpu: &Gpu, device: &Device, contents: &Texture, sampler: Option<
         targets: vec![Some(ColorTargetState { format, blend: None, write_mask: ColorWrites::ALL })],
         ..RenderPipelineDescriptor::new("formats", Arc::new(program))
     });
-    frame.passes.push(FramePass {
+    frame.passes.push(Pass {
         label: "formats".into(),
-        color: vec![Some(ColorTarget { view: target.into(), load: LoadOp::Clear(Color { r: 9.0, g: 9.0, b: 9.0, a: 9.0 }) })],
-        draws: vec![FrameDraw::new(pipeline, group, 0..3)],
-        ..FramePass::default()
+        color: vec![Some(ColorAttachment { view: target.into(), load: LoadOp::Clear(Color { r: 9.0, g: 9.0, b: 9.0, a: 9.0 }) })],
+        draws: vec![Draw::new(pipeline, group, 0..3)],
+        ..Pass::default()
     });
     let mut expected = Contents::initial(&frame).expect("valid textures");
     expected.textures[texture.index()] = contents.clone();

@@ -52,7 +52,7 @@ fn a_shorter_stream_and_a_swapped_face_are_found() {
     for gpu in gpus() {
         let whole = frames::streams(24, false).frame;
         let mut cut = whole.clone();
-        cut.passes[1].draws[0].elements = 0..3;
+        cut.passes[1].draws[0].vertices = 0..3;
         let report = crosscheck(&gpu, &device, &whole, &cut, Mode::FreeRunning, &[], |_, _| {}).expect("both run");
         assert!(!report.streams.is_empty() && !report.agrees(), "{report:?}");
         let faces = frames::cube().0;

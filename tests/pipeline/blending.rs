@@ -303,7 +303,7 @@ fn dual_source_needs_one_target() {
     let mut desc = RenderPipelineDescriptor::new("two", std::sync::Arc::new(Program { ..pull_program(TwoSources, Interpolation::Flat) }));
     desc.targets = vec![state.clone(), target(TextureFormat::Rgba8Unorm)];
     let error = RenderPipeline::new(desc, RasterRules::REFERENCE).expect_err("two targets and a second source do not go together");
-    let problem = PipelineProblem::ColorTarget { target: 0, problem: ColorTargetProblem::DualSource { targets: 2 } };
+    let problem = PipelineProblem::ColorAttachment { target: 0, problem: ColorTargetProblem::DualSource { targets: 2 } };
     assert_eq!(error.problem, problem, "{error}");
 }
 

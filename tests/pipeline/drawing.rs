@@ -438,7 +438,7 @@ fn vertex_attributes_strides_steps_and_offsets() {
         vec![layout(12, VertexStepMode::Vertex, &[(Uint32, 4, 2), (Float32, 8, 0)]), layout(8, VertexStepMode::Instance, &[(Uint32, 0, 1)])]
     };
     let seen = fetch(layouts(), &[(&a, 12), (&b, 8)], 3, |draw| {
-        draw.elements = 2..39;
+        draw.vertices = 2..39;
         draw.instances = 1..4;
     });
     let mut expected = Vec::new();
@@ -454,7 +454,7 @@ fn vertex_attributes_strides_steps_and_offsets() {
     let indices = Buffer::from_slice(&[38u32, 39, 40, u32::MAX - 1]);
     let seen = fetch(vec![layout(12, VertexStepMode::Vertex, &[(Uint32, 4, 0)])], &[(&a, 0)], 1, |draw| {
         // The buffer outlives the draw: it is leaked by the test's scope.
-        draw.elements = 0..4;
+        draw.vertices = 0..4;
         draw.index = Some(IndexBuffer { buffer: Box::leak(Box::new(indices.clone())), format: IndexFormat::Uint32, offset: 0 });
     });
     assert_eq!(seen, [[115, 0, 0, 1], [118, 0, 0, 1], [0; 4], [0; 4]]);

@@ -56,7 +56,7 @@ impl FragmentShader for Ways {
 struct Joined;
 
 impl FragmentShader for Joined {
-    const JOINS_PRIMITIVES: bool = true;
+    const MERGES_FRAGMENTS: bool = true;
     #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         Ways.fragment(bindings, input, output);

@@ -120,7 +120,7 @@ fn repeated_draws_leave_the_bytes_and_counters_of_draws_on_their_own() {
                     scissor: if rng.int(0..5) == 0 { cut } else { plain.scissor },
                     ..plain
                 };
-                repeated += usize::from(draws.last().is_some_and(|last| last.elements == draw.elements && last.scissor == draw.scissor));
+                repeated += usize::from(draws.last().is_some_and(|last| last.vertices == draw.vertices && last.scissor == draw.scissor));
                 draws.push(draw);
             }
         }

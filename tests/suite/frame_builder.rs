@@ -188,7 +188,7 @@ fn receivers_are_cut_at_the_water_and_keep_their_area() {
     for receivers in [&whole, &cut] {
         // Groups and buffers are of the same mesh.
         let last = receivers.groups.last().expect("an object");
-        assert_eq!(last.elements.end as usize, receivers.mesh.indices.len());
+        assert_eq!(last.indices.end as usize, receivers.mesh.indices.len());
         assert_eq!(receivers.triangles as usize, receivers.mesh.triangle_count());
         assert_eq!(receivers.vertices.len(), receivers.mesh.vertex_count() * size_of::<ReceiverVertex>());
         assert_eq!(receivers.indices.len(), receivers.mesh.indices.len() * size_of::<u32>());

@@ -9,7 +9,7 @@ use nephroid::caustics::light_volumes::shaders::{BeamSlot, BeamsUniform, beam_pr
 use nephroid::caustics::light_volumes::slices::Slices;
 use nephroid::caustics::light_volumes::{BeamCulling, BeamShadows, EnergyAt, Gather, LightVolumes};
 use nephroid::caustics::{RenderOptions, Rendered, Renderer};
-use nephroid::frame::{BindEntry, CpuExecutor, DepthTarget, Executor, Frame, FrameDraw, FramePass};
+use nephroid::frame::{BindEntry, CpuExecutor, DepthStencilAttachment, Draw, Executor, Frame, Pass};
 use nephroid::math::rng::uniform3;
 use nephroid::passes::camera::CameraUniform;
 use nephroid::passes::shadow_map::LightUniform;
@@ -326,19 +326,20 @@ fn stencil_of(beams: &[Beam], executor: &mut CpuExecutor) -> Vec<Vec<bool>> {
     let draws = (0..beams.len() as u32).map(|k| {
         let (x, y) = (k % CELLS * CELL_PX, k / CELLS * CELL_PX);
         let viewport = Viewport { x: x as f32, y: y as f32, width: CELL_PX as f32, height: CELL_PX as f32, min_depth: 0.0, max_depth: 1.0 };
-        FrameDraw {
+        Draw {
             dynamic_offset: k * size_of::<BeamSlot>() as u32,
             viewport: Some(viewport),
             scissor: Some(PixelRect { x0: x, y0: y, x1: x + CELL_PX, y1: y + CELL_PX }),
             stencil_reference: REFERENCE,
-            ..FrameDraw::new(pipeline, bindings, slices.elements(0b011, 0..4))
+            ..Draw::new(pipeline, bindings, slices.indices(0b011, 0..4))
         }
         .indexed(indices)
     });
     let draws = draws.collect();
     let receiver = (1.0 - RECEIVER_Y) / 6.0;
-    let depth_target = DepthTarget { view: depth.into(), depth_load: LoadOp::Clear(receiver), stencil_load: LoadOp::Clear(REFERENCE) };
-    frame.passes.push(FramePass { label: "count".into(), depth: Some(depth_target), draws, ..FramePass::default() });
+    let depth_target =
+        DepthStencilAttachment { view: depth.into(), depth_load: LoadOp::Clear(receiver), stencil_load: LoadOp::Clear(REFERENCE) };
+    frame.passes.push(Pass { label: "count".into(), depth_stencil: Some(depth_target), draws, ..Pass::default() });
     let output = executor.run(&frame, None).expect("the frame runs");
     let surface = output.texture(depth).surface(0, 0);
     (0..beams.len() as u32)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Mat4, Vec4};
 use nephroid::caustics::readback::{self, OcclusionQueries, QUERIES_PER_PASS};
 use nephroid::caustics::{RenderOptions, Renderer};
-use nephroid::frame::{BindEntry, CpuExecutor, DepthTarget, Executor, Frame, FrameDraw, FrameError, FramePass};
+use nephroid::frame::{BindEntry, CpuExecutor, DepthStencilAttachment, Draw, Executor, Frame, FrameError, Pass};
 use nephroid::passes::geometry_buffer::ReceiverVertex;
 use nephroid::passes::shadow_map::{LightUniform, air_program};
 use nephroid::pipeline::state::{CompareFunction, DepthBiasState, DepthStencilState, StencilState, TextureFormat};
@@ -54,11 +54,11 @@ fn queries(shapes: &[[ReceiverVertex; 6]]) -> OcclusionQueries {
         })
     };
     let (fill, test) = (pipeline("fill", CompareFunction::Less, true), pipeline("test", CompareFunction::Less, false));
-    frame.passes.push(FramePass {
+    frame.passes.push(Pass {
         label: "occluder".into(),
-        depth: Some(DepthTarget { view: depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load }),
-        draws: vec![FrameDraw::new(fill, occluder, 0..6)],
-        ..FramePass::default()
+        depth_stencil: Some(DepthStencilAttachment { view: depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load }),
+        draws: vec![Draw::new(fill, occluder, 0..6)],
+        ..Pass::default()
     });
     OcclusionQueries { occluders: frame, depth, pipeline: test, bindings, shape_vertices: 6 }
 }

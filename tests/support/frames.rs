@@ -9,7 +9,7 @@ use bytemuck::{Pod, Zeroable};
 use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::{V4, v3, v4};
 use nephroid_pipeline::frame::{
-    AttachmentView, BindEntry, BindGroupId, BufferId, ColorTarget, Frame, FrameDraw, FramePass, StreamOut, TextureId, TextureView,
+    AttachmentView, BindEntry, BindGroupId, BufferId, ColorAttachment, Draw, Frame, Pass, StreamOut, TextureId, TextureView,
 };
 use nephroid_pipeline::sampler::{Sampler, load, sample_cube};
 use nephroid_pipeline::shader::{
@@ -41,8 +41,8 @@ fn target() -> Option<ColorTargetState> {
     Some(ColorTargetState { format: FORMAT, blend: None, write_mask: ColorWrites::ALL })
 }
 
-fn cleared(view: impl Into<AttachmentView>) -> Option<ColorTarget> {
-    Some(ColorTarget { view: view.into(), load: LoadOp::Clear(Color { r: -1.0, g: -1.0, b: -1.0, a: -1.0 }) })
+fn cleared(view: impl Into<AttachmentView>) -> Option<ColorAttachment> {
+    Some(ColorAttachment { view: view.into(), load: LoadOp::Clear(Color { r: -1.0, g: -1.0, b: -1.0, a: -1.0 }) })
 }
 
 /// A pass that draws a triangle over all of a surface.
@@ -51,12 +51,7 @@ fn fullscreen_pass(frame: &mut Frame, label: String, program: Program, entries: 
     let pipeline =
         frame.pipeline(RenderPipelineDescriptor { targets: vec![target()], ..RenderPipelineDescriptor::new(name, Arc::new(program)) });
     let group = frame.bind_group(entries);
-    frame.passes.push(FramePass {
-        label,
-        color: vec![cleared(view)],
-        draws: vec![FrameDraw::new(pipeline, group, 0..3)],
-        ..FramePass::default()
-    });
+    frame.passes.push(Pass { label, color: vec![cleared(view)], draws: vec![Draw::new(pipeline, group, 0..3)], ..Pass::default() });
 }
 
 /// Writes `(x, y, number, 1)` with whole pixel coordinates.
@@ -230,7 +225,7 @@ pub fn cube() -> (Frame, TextureId) {
     let Some(pass) = frame.passes.last_mut() else { unreachable!("it was just added") };
     let draw = pass.draws[0].clone();
     pass.draws = (0..6)
-        .map(|face| FrameDraw {
+        .map(|face| Draw {
             dynamic_offset: face * size_of::<Face>() as u32,
             scissor: Some(PixelRect { x0: face * FACE_SIDE, y0: 0, x1: (face + 1) * FACE_SIDE, y1: FACE_SIDE }),
             ..draw.clone()
@@ -406,11 +401,11 @@ pub fn streams(room: usize, geometry: bool) -> Streams {
         ..RenderPipelineDescriptor::new("stream", Arc::new(stage(shifted_program())))
     });
     for (label, append, group) in [("stream", false, groups[0]), ("append", true, groups[1])] {
-        frame.passes.push(FramePass {
+        frame.passes.push(Pass {
             label: label.into(),
-            draws: vec![FrameDraw { stream_out: Some(0), ..FrameDraw::new(streaming, group, 0..6) }],
+            draws: vec![Draw { stream_out: Some(0), ..Draw::new(streaming, group, 0..6) }],
             stream_out: vec![StreamOut { buffer, append }],
-            ..FramePass::default()
+            ..Pass::default()
         });
     }
     let [drawn, direct] = ["drawn", "direct"].map(|name| frame.texture(TextureDescriptor::d2(name, STREAM_SIDE, STREAM_SIDE, FORMAT)));
@@ -429,14 +424,14 @@ pub fn streams(room: usize, geometry: bool) -> Streams {
         )
     });
     let nothing = frame.bind_group(Vec::new());
-    let draw = FrameDraw { vertex_buffers: vec![(buffer, 0)], streamed: Some(buffer), ..FrameDraw::new(from_stream, nothing, 0..u32::MAX) };
-    frame.passes.push(FramePass { label: "draw".into(), color: vec![cleared(drawn)], draws: vec![draw], ..FramePass::default() });
+    let draw = Draw { vertex_buffers: vec![(buffer, 0)], streamed: Some(buffer), ..Draw::new(from_stream, nothing, 0..u32::MAX) };
+    frame.passes.push(Pass { label: "draw".into(), color: vec![cleared(drawn)], draws: vec![draw], ..Pass::default() });
     let plain = frame.pipeline(RenderPipelineDescriptor {
         targets: vec![target()],
         ..RenderPipelineDescriptor::new("direct", Arc::new(stage(shifted_program())))
     });
-    let draws = groups.map(|group| FrameDraw::new(plain, group, 0..6)).to_vec();
-    frame.passes.push(FramePass { label: "direct".into(), color: vec![cleared(direct)], draws, ..FramePass::default() });
+    let draws = groups.map(|group| Draw::new(plain, group, 0..6)).to_vec();
+    frame.passes.push(Pass { label: "direct".into(), color: vec![cleared(direct)], draws, ..Pass::default() });
     Streams { frame, buffer, drawn, direct }
 }
 

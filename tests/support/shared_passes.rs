@@ -44,7 +44,7 @@ pub fn surface(frame: &mut Frame, mesh: &Mesh, (turn, offset): (Quat, Vec3), sur
     SurfaceDraw {
         vertices: frame.buffer("vertices", Arc::new(Buffer::from_slice(&vertices))),
         indices: Some(frame.buffer("indices", Arc::new(Buffer::from_slice(&indices)))),
-        elements: 0..indices.len() as u32,
+        range: 0..indices.len() as u32,
         surface,
     }
 }

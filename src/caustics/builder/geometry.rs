@@ -1,7 +1,7 @@
 //! The receivers as the camera sees them.
 
 use crate::passes::geometry_buffer::{MaterialUniform, program};
-use nephroid_pipeline::frame::{BindEntry, BindGroupId, DepthTarget, FrameDraw, FramePass};
+use nephroid_pipeline::frame::{BindEntry, BindGroupId, DepthStencilAttachment, Draw, Pass};
 use nephroid_pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
 use nephroid_pipeline::{LoadOp, RenderPipelineDescriptor};
 use nephroid_scene::Material;
@@ -13,17 +13,21 @@ impl FrameBuilder<'_> {
     /// Adds the pass `geometry_buffer`.
     pub(super) fn geometry_buffer(&mut self) {
         let draws = self.geometry_draws();
-        self.frame.passes.push(FramePass {
+        self.frame.passes.push(Pass {
             label: "geometry_buffer".into(),
             color: vec![clear(self.position), clear(self.normal), clear(self.albedo)],
-            depth: Some(DepthTarget { view: self.depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load }),
+            depth_stencil: Some(DepthStencilAttachment {
+                view: self.depth.into(),
+                depth_load: LoadOp::Clear(1.0),
+                stencil_load: LoadOp::Load,
+            }),
             draws,
-            ..FramePass::default()
+            ..Pass::default()
         });
     }
 
     /// A draw per object: one pipeline, and a bind group per material.
-    fn geometry_draws(&mut self) -> Vec<FrameDraw> {
+    fn geometry_draws(&mut self) -> Vec<Draw> {
         let receivers = self.receivers;
         let format = TextureFormat::Rgba32Float;
         let pipeline = self.frame.pipeline(RenderPipelineDescriptor {
@@ -33,7 +37,7 @@ impl FrameBuilder<'_> {
         });
         let mut draws = Vec::with_capacity(receivers.groups.len());
         let mut made: Vec<(&Material, BindGroupId)> = Vec::new();
-        for group in receivers.groups.iter().filter(|g| !g.elements.is_empty()) {
+        for group in receivers.groups.iter().filter(|g| !g.indices.is_empty()) {
             let bindings = match made.iter().find(|(material, _)| **material == group.material) {
                 Some((_, bindings)) => *bindings,
                 None => {
@@ -45,7 +49,7 @@ impl FrameBuilder<'_> {
                     bindings
                 }
             };
-            draws.push(FrameDraw::new(pipeline, bindings, group.elements.clone()).indexed(self.indices));
+            draws.push(Draw::new(pipeline, bindings, group.indices.clone()).indexed(self.indices));
         }
         draws
     }

@@ -8,7 +8,7 @@ use crate::passes::shadow_map::{LightUniform, refracted_under_flat_water};
 use crate::passes::{fullscreen, light, shadow_map};
 use crate::receivers::ReceiverGroup;
 use crate::{Receivers, RenderError};
-use nephroid_pipeline::frame::{BindEntry, BufferId, DepthTarget, FrameDraw, FramePass, TextureId};
+use nephroid_pipeline::frame::{BindEntry, BufferId, DepthStencilAttachment, Draw, Pass, TextureId};
 use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::shader::Program;
 use nephroid_pipeline::state::{ADDITIVE, CompareFunction, DepthBiasState, TextureFormat};
@@ -64,7 +64,7 @@ impl FrameBuilder<'_> {
         let casters: Vec<_> = receivers.air_casters(&scene.lights[number], level).collect();
         let air = (view.surface_shadows.then_some(size), casters.as_slice());
         let air_map = self.map(format!("shadow_map_air {number}"), shadow_map::air_program, buffer, air);
-        let all: Vec<_> = receivers.groups.iter().filter(|g| !g.elements.is_empty()).collect();
+        let all: Vec<_> = receivers.groups.iter().filter(|g| !g.indices.is_empty()).collect();
         let under = ((view.underwater_shadows && wet).then_some(size), all.as_slice());
         let water_map = self.map(format!("shadow_map_water {number}"), shadow_map::water_program, buffer, under);
         let bindings = self.frame.bind_group(vec![
@@ -80,11 +80,11 @@ impl FrameBuilder<'_> {
             targets: vec![target(TextureFormat::Rgba32Float, Some(ADDITIVE)), target(TextureFormat::R32Float, None)],
             ..RenderPipelineDescriptor::new("light", light::program(view.surface_shadows, view.underwater_shadows))
         });
-        self.frame.passes.push(FramePass {
+        self.frame.passes.push(Pass {
             label: format!("light {number}"),
             color: vec![clear_or_keep(self.direct, number == 0), clear(self.visibility)],
-            draws: vec![FrameDraw::new(pipeline, bindings, fullscreen::VERTICES)],
-            ..FramePass::default()
+            draws: vec![Draw::new(pipeline, bindings, fullscreen::VERTICES)],
+            ..Pass::default()
         });
         FrameLight { number, uniform, buffer, air_map }
     }
@@ -107,10 +107,10 @@ impl FrameBuilder<'_> {
         let mut draws = Vec::new();
         if size.is_some() {
             let bindings = self.frame.bind_group(vec![BindEntry::Uniform(light, 0), BindEntry::Storage(self.vertices)]);
-            draws.extend(casters.iter().map(|g| FrameDraw::new(pipeline, bindings, g.elements.clone()).indexed(self.indices)));
+            draws.extend(casters.iter().map(|g| Draw::new(pipeline, bindings, g.indices.clone()).indexed(self.indices)));
         }
-        let depth = Some(DepthTarget { view: texture.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
-        self.frame.passes.push(FramePass { label, depth, draws, ..FramePass::default() });
+        let depth = Some(DepthStencilAttachment { view: texture.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
+        self.frame.passes.push(Pass { label, depth_stencil: depth, draws, ..Pass::default() });
         texture
     }
 }

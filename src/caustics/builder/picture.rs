@@ -7,7 +7,7 @@ use crate::passes::water_surface::{self, WaterVertex};
 use crate::passes::{fullscreen, in_scattering, shade};
 use crate::{LayerSource, Resolve, TechniqueFrame};
 use glam::Vec3;
-use nephroid_pipeline::frame::{BindEntry, BufferId, DepthTarget, FrameDraw, FramePass, TextureId};
+use nephroid_pipeline::frame::{BindEntry, BufferId, DepthStencilAttachment, Draw, Pass, TextureId};
 use nephroid_pipeline::state::{ADDITIVE, CompareFunction, DepthBiasState, TextureFormat};
 use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
 use nephroid_scene::water::HeightField;
@@ -68,11 +68,11 @@ impl FrameBuilder<'_> {
             BindEntry::texture(caustic),
         ]);
         let pipeline = self.fullscreen("shade", shade::program(), &[TextureFormat::Rgba32Float], None);
-        self.frame.passes.push(FramePass {
+        self.frame.passes.push(Pass {
             label: "shade".into(),
             color: vec![clear(radiance)],
-            draws: vec![FrameDraw::new(pipeline, bindings, fullscreen::VERTICES)],
-            ..FramePass::default()
+            draws: vec![Draw::new(pipeline, bindings, fullscreen::VERTICES)],
+            ..Pass::default()
         });
         radiance
     }
@@ -88,23 +88,23 @@ impl FrameBuilder<'_> {
         let mut draws = vec![self.background_draw(entries.clone())];
         draws.extend(self.water.map(|water| self.water_draw(water, entries)));
         draws.extend(in_scattered.map(|texture| self.in_scattering_draw(texture)));
-        self.frame.passes.push(FramePass {
+        self.frame.passes.push(Pass {
             label: "picture".into(),
             color: vec![clear(self.color)],
-            depth: Some(DepthTarget { view: self.depth.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Load }),
+            depth_stencil: Some(DepthStencilAttachment { view: self.depth.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Load }),
             draws,
-            ..FramePass::default()
+            ..Pass::default()
         });
     }
 
-    fn background_draw(&mut self, entries: Vec<BindEntry>) -> FrameDraw {
+    fn background_draw(&mut self, entries: Vec<BindEntry>) -> Draw {
         let bindings = self.frame.bind_group(entries);
         let untested = depth_state(self.depth_format, CompareFunction::Always, false, DepthBiasState::default());
         let pipeline = self.fullscreen("background", water_surface::background_program(), &[TextureFormat::Rgba32Float], Some(untested));
-        FrameDraw::new(pipeline, bindings, fullscreen::VERTICES)
+        Draw::new(pipeline, bindings, fullscreen::VERTICES)
     }
 
-    fn water_draw(&mut self, field: &HeightField, mut entries: Vec<BindEntry>) -> FrameDraw {
+    fn water_draw(&mut self, field: &HeightField, mut entries: Vec<BindEntry>) -> Draw {
         let vertices: Vec<WaterVertex> = field
             .positions_ws()
             .iter()
@@ -123,17 +123,17 @@ impl FrameBuilder<'_> {
             depth_stencil: Some(depth_state(self.depth_format, CompareFunction::LessEqual, true, DepthBiasState::default())),
             ..RenderPipelineDescriptor::new("water_surface", water_surface::surface_program(snell))
         });
-        FrameDraw::new(pipeline, bindings, 0..count).indexed(indices)
+        Draw::new(pipeline, bindings, 0..count).indexed(indices)
     }
 
-    fn in_scattering_draw(&mut self, in_scattered: TextureId) -> FrameDraw {
+    fn in_scattering_draw(&mut self, in_scattered: TextureId) -> Draw {
         let bindings = self.frame.bind_group(vec![BindEntry::texture(in_scattered)]);
         let pipeline = self.frame.pipeline(RenderPipelineDescriptor {
             targets: vec![target(TextureFormat::Rgba32Float, Some(ADDITIVE))],
             depth_stencil: Some(depth_state(self.depth_format, CompareFunction::Always, false, DepthBiasState::default())),
             ..RenderPipelineDescriptor::new("in_scattering", in_scattering::program())
         });
-        FrameDraw::new(pipeline, bindings, fullscreen::VERTICES)
+        Draw::new(pipeline, bindings, fullscreen::VERTICES)
     }
 
     /// The layers that every technique has, those of the contributions, and the technique's own.

@@ -1,7 +1,7 @@
 //! Pipeline state that passes share.
 
 use nephroid_pipeline::LoadOp;
-use nephroid_pipeline::frame::{ColorTarget, TextureId};
+use nephroid_pipeline::frame::{ColorAttachment, TextureId};
 use nephroid_pipeline::state::{
     ADDITIVE, BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, StencilState,
     TextureFormat,
@@ -9,14 +9,14 @@ use nephroid_pipeline::state::{
 
 /// An attachment that is cleared to zeros.
 #[must_use]
-pub fn clear(texture: TextureId) -> Option<ColorTarget> {
-    Some(ColorTarget { view: texture.into(), load: LoadOp::Clear(Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 }) })
+pub fn clear(texture: TextureId) -> Option<ColorAttachment> {
+    Some(ColorAttachment { view: texture.into(), load: LoadOp::Clear(Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 }) })
 }
 
 /// An attachment that is cleared to zeros by the first pass that sums in it and kept by later ones.
 #[must_use]
-pub fn clear_or_keep(texture: TextureId, first: bool) -> Option<ColorTarget> {
-    if first { clear(texture) } else { Some(ColorTarget { view: texture.into(), load: LoadOp::Load }) }
+pub fn clear_or_keep(texture: TextureId, first: bool) -> Option<ColorAttachment> {
+    if first { clear(texture) } else { Some(ColorAttachment { view: texture.into(), load: LoadOp::Load }) }
 }
 
 /// A colour target of a pipeline that writes all channels.
@@ -44,7 +44,7 @@ pub struct Sum {
 
 /// Pipeline targets and attachments of sums; `None` is a hole. Holes at the end are left out.
 #[must_use]
-pub fn additive(sums: &[Option<Sum>]) -> (Vec<Option<ColorTargetState>>, Vec<Option<ColorTarget>>) {
+pub fn additive(sums: &[Option<Sum>]) -> (Vec<Option<ColorTargetState>>, Vec<Option<ColorAttachment>>) {
     let used = sums.iter().rposition(Option::is_some).map_or(0, |last| last + 1);
     let states = sums[..used].iter().map(|sum| sum.and_then(|sum| target(sum.format, Some(ADDITIVE))));
     let attachments = sums[..used].iter().map(|sum| sum.and_then(|sum| clear_or_keep(sum.texture, sum.clear)));

@@ -9,7 +9,7 @@ use crate::builder::state::{additive, depth_state};
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight, ViewOptions};
 use crate::receivers::Receivers;
 use crate::{RenderError, TechniqueFrame};
-use nephroid_pipeline::frame::{BindEntry, DepthTarget, FrameDraw, FramePass};
+use nephroid_pipeline::frame::{BindEntry, DepthStencilAttachment, Draw, Pass};
 use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::state::{CompareFunction, DepthBiasState, Face, PrimitiveState, PrimitiveTopology};
 use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
@@ -146,11 +146,11 @@ fn volume_pass(
         targets: states,
         ..RenderPipelineDescriptor::new("caustic_volumes", shaders::program(settings.radiometry))
     });
-    builder.frame.passes.push(FramePass {
+    builder.frame.passes.push(Pass {
         label: format!("caustic_volumes {number}"),
         color,
-        depth: Some(DepthTarget { view: builder.depth.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Load }),
-        draws: vec![FrameDraw::new(pipeline, bindings, 0..beams.beams.len() as u32)],
-        ..FramePass::default()
+        depth_stencil: Some(DepthStencilAttachment { view: builder.depth.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Load }),
+        draws: vec![Draw::new(pipeline, bindings, 0..beams.beams.len() as u32)],
+        ..Pass::default()
     });
 }

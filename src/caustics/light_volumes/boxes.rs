@@ -42,7 +42,7 @@ pub fn boxes(receivers: &Receivers, level_y: f32) -> Vec<ReceiverBox> {
     let mut all = Vec::new();
     for group in &receivers.groups {
         let mut facing = [const { ReceiverBox::EMPTY }; 6];
-        for first in group.elements.clone().step_by(3) {
+        for first in group.indices.clone().step_by(3) {
             let [a, b, c] = receivers.triangle_at(first);
             if a.y.min(b.y).min(c.y) > level_y {
                 continue;

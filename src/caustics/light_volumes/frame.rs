@@ -9,7 +9,7 @@ use crate::beams::{Beam, LightBeams};
 use crate::builder::state::{Sum, additive, clear};
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight, ViewOptions};
 use crate::passes::fullscreen;
-use nephroid_pipeline::frame::{BindEntry, ColorTarget, DepthTarget, FrameDraw, FrameIndex, FramePass, TextureId};
+use nephroid_pipeline::frame::{BindEntry, ColorAttachment, DepthStencilAttachment, Draw, FrameIndex, Pass, TextureId};
 use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::state::{
     ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, IndexFormat, PrimitiveState, StencilFaceState,
@@ -140,23 +140,27 @@ impl LightPass<'_> {
         });
         let draws_of = |(slot, &accepted): (usize, &ClampedBeam)| {
             let cuts = self.beam(&accepted).cuts();
-            let elements = runs(accepted.slabs).map(move |planes| self.slices.elements(cuts, planes));
-            elements.flat_map(move |elements| {
-                [count, energy].map(|pipeline| FrameDraw {
+            let ranges = runs(accepted.slabs).map(move |planes| self.slices.indices(cuts, planes));
+            ranges.flat_map(move |range| {
+                [count, energy].map(|pipeline| Draw {
                     dynamic_offset: slot as u32 * SLOT_BYTES,
                     index: Some(FrameIndex { buffer: indices, format: IndexFormat::Uint32 }),
                     stencil_reference: REFERENCE,
-                    ..FrameDraw::new(pipeline, bindings, elements.clone())
+                    ..Draw::new(pipeline, bindings, range.clone())
                 })
             })
         };
         let draws = self.accepted.par_iter().enumerate().with_min_len(BEAMS_PER_TASK).flat_map_iter(draws_of).collect();
-        builder.frame.passes.push(FramePass {
+        builder.frame.passes.push(Pass {
             label: format!("light_volumes {number}"),
             color,
-            depth: Some(DepthTarget { view: builder.depth.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Clear(REFERENCE) }),
+            depth_stencil: Some(DepthStencilAttachment {
+                view: builder.depth.into(),
+                depth_load: LoadOp::Load,
+                stencil_load: LoadOp::Clear(REFERENCE),
+            }),
             draws,
-            ..FramePass::default()
+            ..Pass::default()
         });
         if !targets.sums.is_empty() {
             self.relight(builder, targets);
@@ -168,7 +172,7 @@ impl LightPass<'_> {
     }
 
     /// Pipeline targets and attachments of the beams. Intensities and vectors are summed per light; irradiance, direction and count over all lights.
-    fn attachments(&self, targets: &Targets) -> (Vec<Option<ColorTargetState>>, Vec<Option<ColorTarget>>) {
+    fn attachments(&self, targets: &Targets) -> (Vec<Option<ColorTargetState>>, Vec<Option<ColorAttachment>>) {
         let per_light = |texture| Sum { texture, format: TextureFormat::Rgba32Float, clear: true };
         let mut sums: Vec<Option<Sum>> = match targets.sums.as_slice() {
             [] => vec![Some(targets.caustic.irradiance_sum(self.light))],
@@ -198,11 +202,11 @@ impl LightPass<'_> {
             targets: states,
             ..RenderPipelineDescriptor::new("light_volume_relight", shaders::relight_program())
         });
-        builder.frame.passes.push(FramePass {
+        builder.frame.passes.push(Pass {
             label: format!("relight {}", self.light.number),
             color,
-            draws: vec![FrameDraw::new(pipeline, bindings, fullscreen::VERTICES)],
-            ..FramePass::default()
+            draws: vec![Draw::new(pipeline, bindings, fullscreen::VERTICES)],
+            ..Pass::default()
         });
     }
 }
@@ -210,7 +214,7 @@ impl LightPass<'_> {
 /// A pass that only clears the irradiance: for scenes without a light or without generators.
 pub fn clear_irradiance(builder: &mut FrameBuilder<'_>, targets: &Targets) {
     let color = vec![clear(targets.caustic.irradiance)];
-    builder.frame.passes.push(FramePass { label: "light_volumes".into(), color, ..FramePass::default() });
+    builder.frame.passes.push(Pass { label: "light_volumes".into(), color, ..Pass::default() });
 }
 
 /// Depth and stencil state of beams' draws: of those that count (`counts`) and of those that add light.

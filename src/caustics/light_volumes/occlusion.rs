@@ -13,7 +13,7 @@ use crate::builder::state::depth_state;
 use crate::passes::geometry_buffer::{self, MaterialUniform, ReceiverVertex};
 use crate::readback::{self, OcclusionQueries};
 use nephroid_math::space::sin_cos_deg;
-use nephroid_pipeline::frame::{BindEntry, DepthTarget, Frame, FrameDraw, FramePass, PipelineId};
+use nephroid_pipeline::frame::{BindEntry, DepthStencilAttachment, Draw, Frame, Pass, PipelineId};
 use nephroid_pipeline::shader::Program;
 use nephroid_pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
 use nephroid_pipeline::{Buffer, Device, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
@@ -65,10 +65,10 @@ fn describe(builder: &FrameBuilder<'_>, boxes: &[ReceiverBox]) -> OcclusionQueri
     let indices = frame.buffer("query receiver indices", receivers.indices.clone());
     let pipeline = query_pipeline(&mut frame, "receiver_query", CompareFunction::LessEqual, false);
     let fill = query_pipeline(&mut frame, label, CompareFunction::Less, true);
-    let groups = receivers.groups.iter().filter(|group| !group.elements.is_empty());
-    let draws = groups.map(|group| FrameDraw::new(fill, occluders, group.elements.clone()).indexed(indices)).collect();
-    let target = Some(DepthTarget { view: depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
-    frame.passes.push(FramePass { label: label.into(), depth: target, draws, ..FramePass::default() });
+    let groups = receivers.groups.iter().filter(|group| !group.indices.is_empty());
+    let draws = groups.map(|group| Draw::new(fill, occluders, group.indices.clone()).indexed(indices)).collect();
+    let target = Some(DepthStencilAttachment { view: depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
+    frame.passes.push(Pass { label: label.into(), depth_stencil: target, draws, ..Pass::default() });
     OcclusionQueries { occluders: frame, depth, pipeline, bindings, shape_vertices: BOX_VERTICES }
 }
 

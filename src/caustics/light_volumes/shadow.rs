@@ -14,7 +14,7 @@ use crate::passes::geometry_buffer::ReceiverVertex;
 use crate::passes::shadow_map::{LightUniform, air_program};
 use crate::readback::{self, Counter, OcclusionQueries};
 use crate::receivers::ReceiverGroup;
-use nephroid_pipeline::frame::{BindEntry, BufferId, DepthTarget, Frame, FrameDraw, FrameError, FramePass};
+use nephroid_pipeline::frame::{BindEntry, BufferId, DepthStencilAttachment, Draw, Frame, FrameError, Pass};
 use nephroid_pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
 use nephroid_pipeline::{Buffer, Device, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 use nephroid_scene::geom::Aabb;
@@ -130,9 +130,9 @@ impl ShadowQueries<'_> {
         let vertices = frame.buffer(format!("query casters {}", self.number), self.receivers.vertices.clone());
         let indices = frame.buffer(format!("query caster indices {}", self.number), self.receivers.indices.clone());
         let casters = frame.bind_group(vec![BindEntry::Uniform(light, 0), BindEntry::Storage(vertices)]);
-        let draws = self.casters.iter().map(|group| FrameDraw::new(fill, casters, group.elements.clone()).indexed(indices)).collect();
-        let target = Some(DepthTarget { view: depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
-        frame.passes.push(FramePass { label, depth: target, draws, ..FramePass::default() });
+        let draws = self.casters.iter().map(|group| Draw::new(fill, casters, group.indices.clone()).indexed(indices)).collect();
+        let target = Some(DepthStencilAttachment { view: depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
+        frame.passes.push(Pass { label, depth_stencil: target, draws, ..Pass::default() });
         let pipeline = frame.pipeline(RenderPipelineDescriptor {
             depth_stencil: state(CompareFunction::Greater, false, DepthBiasState::default()),
             ..RenderPipelineDescriptor::new(format!("shadow_query {}", self.number), air_program())

@@ -83,9 +83,9 @@ impl Slices {
         [self.planes_y[slab + 1].max(y[0]), top]
     }
 
-    /// The elements of the body of a beam between two planes, with its walls cut as [`Beam::cuts`](crate::beams::Beam::cuts) says.
+    /// The indices of the body of a beam between two planes, with its walls cut as [`Beam::cuts`](crate::beams::Beam::cuts) says.
     #[must_use]
-    pub fn elements(&self, cuts: usize, planes: Range<u32>) -> Range<u32> {
+    pub fn indices(&self, cuts: usize, planes: Range<u32>) -> Range<u32> {
         let count = self.planes_y.len();
         self.ranges[(cuts * count + planes.start as usize) * count + planes.end as usize].clone()
     }
@@ -144,8 +144,8 @@ mod tests {
 
     /// The indices of a body between two of `count` planes.
     fn indices(count: u32, cuts: usize, planes: Range<u32>) -> Vec<u32> {
-        let elements = Slices::new(0.0, -3.0, count).elements(cuts, planes);
-        bodies(count).0[elements.start as usize..elements.end as usize].to_vec()
+        let range = Slices::new(0.0, -3.0, count).indices(cuts, planes);
+        bodies(count).0[range.start as usize..range.end as usize].to_vec()
     }
 
     #[test]

@@ -24,7 +24,7 @@ use glam::{Vec2, Vec4};
 
 use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::{V4, v4};
-use nephroid_pipeline::frame::{BindEntry, ColorTarget, Frame, FrameDraw, FramePass, TextureId};
+use nephroid_pipeline::frame::{BindEntry, ColorAttachment, Draw, Frame, Pass, TextureId};
 use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Program};
 use nephroid_pipeline::state::{ADDITIVE, Color, ColorTargetState, ColorWrites, TextureFormat};
 use nephroid_pipeline::{BindingKind, Bindings, Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
@@ -205,12 +205,12 @@ pub fn add(frame: &mut Frame, desc: TextureDescriptor, layers: &[Layer]) -> Text
     let result = frame.texture(desc);
     let draws = layers.iter().enumerate().map(|(number, layer)| draw(frame, &format!("{label} {number}"), format, size, layer)).collect();
     let load = LoadOp::Clear(Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 });
-    let color = vec![Some(ColorTarget { view: result.into(), load })];
-    frame.passes.push(FramePass { label, color, draws, ..FramePass::default() });
+    let color = vec![Some(ColorAttachment { view: result.into(), load })];
+    frame.passes.push(Pass { label, color, draws, ..Pass::default() });
     result
 }
 
-fn draw(frame: &mut Frame, label: &str, format: TextureFormat, size: (u32, u32), layer: &Layer) -> FrameDraw {
+fn draw(frame: &mut Frame, label: &str, format: TextureFormat, size: (u32, u32), layer: &Layer) -> Draw {
     let desc = &frame.textures[layer.texture.index()].desc;
     let ratio = [desc.width as f32 / size.0 as f32, desc.height as f32 / size.1 as f32];
     let distance = layer.by_depth.map_or(DistanceFromDepth::IDENTITY, |by| by.distance);
@@ -227,5 +227,5 @@ fn draw(frame: &mut Frame, label: &str, format: TextureFormat, size: (u32, u32),
     let program = if layer.by_depth.is_some() { by_depth_program() } else { program() };
     let pipeline =
         frame.pipeline(RenderPipelineDescriptor { targets: vec![Some(target)], ..RenderPipelineDescriptor::new(label, program) });
-    FrameDraw::new(pipeline, bindings, VERTICES)
+    Draw::new(pipeline, bindings, VERTICES)
 }

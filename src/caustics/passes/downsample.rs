@@ -10,7 +10,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 
 use nephroid_math::lanes::Lanes;
-use nephroid_pipeline::frame::{BindEntry, DepthTarget, Frame, FrameDraw, FramePass, TextureId};
+use nephroid_pipeline::frame::{BindEntry, DepthStencilAttachment, Draw, Frame, Pass, TextureId};
 use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Program};
 use nephroid_pipeline::state::{CompareFunction, DepthBiasState, DepthStencilState, StencilState, TextureFormat};
 use nephroid_pipeline::{BindingKind, Bindings, Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
@@ -74,11 +74,11 @@ pub fn depth(frame: &mut Frame, label: &str, depth: TextureId, (width, height): 
         }),
         ..RenderPipelineDescriptor::new(label, program())
     });
-    frame.passes.push(FramePass {
+    frame.passes.push(Pass {
         label: label.to_owned(),
-        depth: Some(DepthTarget { view: texture.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load }),
-        draws: vec![FrameDraw::new(pipeline, bindings, VERTICES)],
-        ..FramePass::default()
+        depth_stencil: Some(DepthStencilAttachment { view: texture.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load }),
+        draws: vec![Draw::new(pipeline, bindings, VERTICES)],
+        ..Pass::default()
     });
     texture
 }

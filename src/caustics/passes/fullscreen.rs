@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::{V4, v4};
-use nephroid_pipeline::frame::{BindEntry, ColorTarget, Frame, FrameDraw, FramePass, TextureId};
+use nephroid_pipeline::frame::{BindEntry, ColorAttachment, Draw, Frame, Pass, TextureId};
 use nephroid_pipeline::sampler::load;
 use nephroid_pipeline::shader::{Program, VertexInput, VertexOutput, VertexShader};
 use nephroid_pipeline::state::{Color, ColorTargetState, ColorWrites};
@@ -34,11 +34,11 @@ pub fn fill(frame: &mut Frame, desc: TextureDescriptor, program: Arc<Program>, e
     let pipeline =
         frame.pipeline(RenderPipelineDescriptor { targets: vec![Some(target)], ..RenderPipelineDescriptor::new(label.clone(), program) });
     let load = LoadOp::Clear(Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 });
-    frame.passes.push(FramePass {
+    frame.passes.push(Pass {
         label,
-        color: vec![Some(ColorTarget { view: texture.into(), load })],
-        draws: vec![FrameDraw::new(pipeline, bindings, VERTICES)],
-        ..FramePass::default()
+        color: vec![Some(ColorAttachment { view: texture.into(), load })],
+        draws: vec![Draw::new(pipeline, bindings, VERTICES)],
+        ..Pass::default()
     });
     texture
 }

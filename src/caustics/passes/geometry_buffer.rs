@@ -102,7 +102,7 @@ impl VertexShader for Vertex {
 struct Fragment;
 
 impl FragmentShader for Fragment {
-    const JOINS_PRIMITIVES: bool = true;
+    const MERGES_FRAGMENTS: bool = true;
 
     #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {

@@ -24,7 +24,7 @@ use glam::{Mat4, Vec3, Vec4};
 use nephroid_math::lanes::Lanes;
 use nephroid_math::space::{look_to, orthographic, perspective};
 use nephroid_math::vector::{V3, transform_point, v4};
-use nephroid_pipeline::frame::{BindEntry, BindGroupId, BufferId, ColorTarget, DepthTarget, Frame, FrameDraw, FramePass, TextureId};
+use nephroid_pipeline::frame::{BindEntry, BindGroupId, BufferId, ColorAttachment, DepthStencilAttachment, Draw, Frame, Pass, TextureId};
 use nephroid_pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
 };
@@ -139,7 +139,7 @@ pub struct SurfaceDraw {
     /// 32-bit indices; `None` to draw the vertices in order.
     pub indices: Option<BufferId>,
     /// Vertices, or places in the index buffer.
-    pub elements: Range<u32>,
+    pub range: Range<u32>,
     /// What the surface does with light.
     pub surface: SurfaceUniform,
 }
@@ -207,7 +207,7 @@ impl VertexShader for Vertex {
 struct Fragment;
 
 impl FragmentShader for Fragment {
-    const JOINS_PRIMITIVES: bool = true;
+    const MERGES_FRAGMENTS: bool = true;
 
     #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
@@ -269,7 +269,7 @@ pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), k
         if known.is_none() {
             made.push((draw, bindings));
         }
-        let plain = FrameDraw::new(pipeline, bindings, draw.elements.clone());
+        let plain = Draw::new(pipeline, bindings, draw.range.clone());
         frame_draws.push(match draw.indices {
             Some(indices) => plain.indexed(indices),
             None => plain,
@@ -277,12 +277,16 @@ pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), k
     }
     let load = LoadOp::Clear(Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 });
     let targets = [buffer.position, buffer.normal, buffer.material];
-    frame.passes.push(FramePass {
+    frame.passes.push(Pass {
         label: label.to_owned(),
-        color: targets.map(|texture| Some(ColorTarget { view: texture.into(), load })).to_vec(),
-        depth: Some(DepthTarget { view: buffer.depth.into(), depth_load: LoadOp::Clear(clear_depth), stencil_load: LoadOp::Load }),
+        color: targets.map(|texture| Some(ColorAttachment { view: texture.into(), load })).to_vec(),
+        depth_stencil: Some(DepthStencilAttachment {
+            view: buffer.depth.into(),
+            depth_load: LoadOp::Clear(clear_depth),
+            stencil_load: LoadOp::Load,
+        }),
         draws: frame_draws,
-        ..FramePass::default()
+        ..Pass::default()
     });
     buffer
 }

@@ -145,7 +145,7 @@ struct SurfaceFragment {
 }
 
 impl FragmentShader for SurfaceFragment {
-    const JOINS_PRIMITIVES: bool = true;
+    const MERGES_FRAGMENTS: bool = true;
 
     #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {

@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::caustics::{RenderOptions, Renderer, TechniqueFrame};
-use crate::frame::{Contents, FrameObserver, FramePass};
+use crate::frame::{Contents, FrameObserver, Pass};
 use crate::pipeline::{Observer, PassOutput};
 use crate::scene::Scene;
 
@@ -97,11 +97,11 @@ struct Clock {
 }
 
 impl FrameObserver for Clock {
-    fn pass_begin(&mut self, _index: usize, pass: &FramePass) -> Option<&mut dyn Observer> {
+    fn pass_begin(&mut self, _index: usize, pass: &Pass) -> Option<&mut dyn Observer> {
         self.begun = pass.label.starts_with(self.prefix).then(Instant::now);
         None
     }
-    fn pass_end(&mut self, _index: usize, _pass: &FramePass, _contents: &Contents, output: &PassOutput) {
+    fn pass_end(&mut self, _index: usize, _pass: &Pass, _contents: &Contents, output: &PassOutput) {
         if let Some(begun) = self.begun.take() {
             self.seconds += begun.elapsed().as_secs_f64();
             self.fragments += output.statistics.fragments_passed;

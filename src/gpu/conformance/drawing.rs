@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::program::{Output, Vertex, program_for};
-use nephroid_pipeline::frame::{BindEntry, ColorTarget, DepthTarget, Frame, FrameDraw, FramePass};
+use nephroid_pipeline::frame::{BindEntry, ColorAttachment, DepthStencilAttachment, Draw, Frame, Pass};
 use nephroid_pipeline::shader::Interpolation;
 use nephroid_pipeline::state::{
     ADDITIVE, BlendState, Color, ColorTargetState, ColorWrites, DepthStencilState, PrimitiveState, PrimitiveTopology, RasterRules,
@@ -104,9 +104,9 @@ impl Drawing {
         let color = self.color.map(|(format, blend)| {
             let view = frame.texture(TextureDescriptor::d2("color", width, height, format)).into();
             let state = ColorTargetState { format, blend, write_mask: ColorWrites::ALL };
-            (ColorTarget { view, load: LoadOp::Clear(self.clear) }, state)
+            (ColorAttachment { view, load: LoadOp::Clear(self.clear) }, state)
         });
-        let depth = self.depth_stencil.as_ref().map(|state| DepthTarget {
+        let depth = self.depth_stencil.as_ref().map(|state| DepthStencilAttachment {
             view: frame.texture(TextureDescriptor::d2("depth", width, height, state.format)).into(),
             depth_load: LoadOp::Clear(self.clear_depth),
             stencil_load: LoadOp::Clear(0),
@@ -125,20 +125,20 @@ impl Drawing {
             line_width: self.line_width,
             ..RenderPipelineDescriptor::new("conformance", program)
         });
-        let draw = FrameDraw {
+        let draw = Draw {
             query: self.query.then_some(0),
             stencil_reference: self.stencil_reference,
             blend_constant: self.blend_constant,
             viewport: self.viewport,
-            ..FrameDraw::new(pipeline, group, 0..self.vertices.len() as u32)
+            ..Draw::new(pipeline, group, 0..self.vertices.len() as u32)
         };
-        frame.passes.push(FramePass {
+        frame.passes.push(Pass {
             label: "conformance".into(),
             color: color.iter().map(|(target, _)| Some(*target)).collect(),
-            depth,
+            depth_stencil: depth,
             draws: vec![draw],
             query_count: usize::from(self.query),
-            ..FramePass::default()
+            ..Pass::default()
         });
         frame
     }

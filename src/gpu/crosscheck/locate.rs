@@ -6,7 +6,7 @@ use super::{AttachmentReport, Mode, Pair, Pixel, compare, relative};
 use crate::{Gpu, GpuError};
 use nephroid_pipeline::Device;
 use nephroid_pipeline::frame::stream_draw;
-use nephroid_pipeline::frame::{Frame, FrameDraw};
+use nephroid_pipeline::frame::{Draw, Frame};
 use nephroid_pipeline::state::PrimitiveTopology;
 
 /// Where two versions of a frame part.
@@ -72,13 +72,13 @@ pub fn locate(
     );
     located.after = search.after(draws as usize, None)?;
     let Some(corners) = list_corners(draw, on_cpu) else { return Ok(Some(located)) };
-    let primitives = (draw.elements.end - draw.elements.start) / corners;
+    let primitives = (draw.vertices.end - draw.vertices.start) / corners;
     let found = first(primitives, |count| Ok(search.after(draws as usize, Some(count * corners))?.is_some()))?;
     if let Some(count) = found {
         located.primitive = Some(count - 1);
         located.after = search.after(draws as usize, Some(count * corners))?;
-        let start = draw.elements.start + (count - 1) * corners;
-        let alone = FrameDraw { elements: start..start + corners, ..draw.clone() };
+        let start = draw.vertices.start + (count - 1) * corners;
+        let alone = Draw { vertices: start..start + corners, ..draw.clone() };
         let pair = search.before()?;
         let (_, stream) = stream_draw(device, on_cpu, pass, &alone, &pair.expected)?;
         let floats = on_cpu.stream_floats(draw.pipeline);
@@ -88,7 +88,7 @@ pub fn locate(
 }
 
 /// Elements of a primitive, if the draw is a list of them in one instance.
-fn list_corners(draw: &FrameDraw, frame: &Frame) -> Option<u32> {
+fn list_corners(draw: &Draw, frame: &Frame) -> Option<u32> {
     let corners = match frame.pipelines[draw.pipeline.index()].primitive.topology {
         PrimitiveTopology::PointList => 1,
         PrimitiveTopology::LineList => 2,
@@ -135,15 +135,15 @@ impl<'a> Search<'a> {
         Ok(pair)
     }
 
-    /// The pixel after some draws of the failed pass, the last of them cut to `elements`; `None` if it is within the tolerance.
-    fn after(&self, draws: usize, elements: Option<u32>) -> Result<Option<Pixel>, GpuError> {
+    /// The pixel after some draws of the failed pass, the last of them cut to `vertices`; `None` if it is within the tolerance.
+    fn after(&self, draws: usize, vertices: Option<u32>) -> Result<Option<Pixel>, GpuError> {
         let index = self.failed.pass_index;
         let cut = self.frames.map(|frame| {
             let mut frame = frame.clone();
             let pass = &mut frame.passes[index];
             pass.draws.truncate(draws);
-            if let (Some(elements), Some(draw)) = (elements, pass.draws.last_mut()) {
-                draw.elements.end = draw.elements.start + elements;
+            if let (Some(vertices), Some(draw)) = (vertices, pass.draws.last_mut()) {
+                draw.vertices.end = draw.vertices.start + vertices;
             }
             frame.passes.truncate(index + 1);
             frame

@@ -76,7 +76,7 @@ pub struct Draw<'a> {
     /// Index buffer, if indexed.
     pub index: Option<IndexBuffer<'a>>,
     /// Vertices, or places in the index buffer.
-    pub elements: Range<u32>,
+    pub vertices: Range<u32>,
     /// Added to every index.
     pub base_vertex: i32,
     /// Instances.
@@ -98,13 +98,13 @@ pub struct Draw<'a> {
 impl<'a> Draw<'a> {
     /// A draw of `elements` vertices over the whole of a target.
     #[must_use]
-    pub fn new(pipeline: &'a RenderPipeline, bindings: Bindings<'a>, elements: Range<u32>, size: (u32, u32)) -> Self {
+    pub fn new(pipeline: &'a RenderPipeline, bindings: Bindings<'a>, vertices: Range<u32>, size: (u32, u32)) -> Self {
         Self {
             pipeline,
             bindings,
             vertex_buffers: &[],
             index: None,
-            elements,
+            vertices,
             base_vertex: 0,
             instances: 0..1,
             viewport: Viewport::full(size.0, size.1),

@@ -58,7 +58,7 @@ impl RenderPipeline {
         let locations = attributes.map(|attribute| attribute.shader_location as usize + 1).max().unwrap_or(0);
         let rasterized = desc.rasterized();
         let per_primitive = program.fragment.as_ref().is_some_and(|f| f.per_primitive()) && !program.may_discard && !program.writes_depth;
-        let joins = program.fragment.as_ref().is_some_and(|f| f.joins_primitives());
+        let merges = program.fragment.as_ref().is_some_and(|f| f.merges_fragments());
         let shades = program.fragment.is_some() && (outputs > 0 || program.may_discard || program.writes_depth);
         let fragment = FragmentPlan {
             outputs,
@@ -66,7 +66,7 @@ impl RenderPipeline {
             per_primitive,
             shades,
             attributes: shades && !(per_primitive && interpolation.is_empty()),
-            joins: shades && !per_primitive && joins && !interpolation.contains(&Interpolation::Flat),
+            merges: shades && !per_primitive && merges && !interpolation.contains(&Interpolation::Flat),
         };
         let fast_path = FastPath::of(&depth, &fragment, &targets, !interpolation.is_empty());
         let rejects_by_depth = !fragment.late_tests && depth.fails_without_trace();

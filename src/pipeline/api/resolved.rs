@@ -125,7 +125,7 @@ pub(crate) struct FragmentPlan {
     /// Per-primitive interpolation data must be kept.
     pub attributes: bool,
     /// Primitives that share a block are shaded together.
-    pub joins: bool,
+    pub merges: bool,
 }
 
 /// Everything about a colour target that a draw's blending needs, worked out once per pipeline.

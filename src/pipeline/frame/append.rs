@@ -1,7 +1,7 @@
 //! Putting one frame behind another.
 
 use crate::frame::description::{
-    AttachmentView, BindEntry, BindGroup, BindGroupId, BufferId, ColorTarget, DepthTarget, Frame, FrameDraw, FrameIndex, FramePass,
+    AttachmentView, BindEntry, BindGroup, BindGroupId, BufferId, ColorAttachment, DepthStencilAttachment, Draw, Frame, FrameIndex, Pass,
     PipelineId, StreamOut, TextureId, TextureView,
 };
 
@@ -59,14 +59,18 @@ impl Offsets {
         AttachmentView { texture: self.texture(texture), level, layer }
     }
 
-    fn pass(&self, FramePass { label, color, depth, draws, query_count, stream_out, cached }: FramePass) -> FramePass {
-        let color_target = |ColorTarget { view, load }| ColorTarget { view: self.view(view), load };
+    fn pass(&self, Pass { label, color, depth_stencil, draws, query_count, stream_out, cached }: Pass) -> Pass {
+        let color_target = |ColorAttachment { view, load }| ColorAttachment { view: self.view(view), load };
         let stream = |StreamOut { buffer, append }| StreamOut { buffer: self.buffer(buffer), append };
-        let depth_target = |DepthTarget { view, depth_load, stencil_load }| DepthTarget { view: self.view(view), depth_load, stencil_load };
-        FramePass {
+        let depth_target = |DepthStencilAttachment { view, depth_load, stencil_load }| DepthStencilAttachment {
+            view: self.view(view),
+            depth_load,
+            stencil_load,
+        };
+        Pass {
             label,
             color: color.into_iter().map(|target| target.map(color_target)).collect(),
-            depth: depth.map(depth_target),
+            depth_stencil: depth_stencil.map(depth_target),
             draws: draws.into_iter().map(|draw| self.draw(draw)).collect(),
             query_count,
             stream_out: stream_out.into_iter().map(stream).collect(),
@@ -74,14 +78,14 @@ impl Offsets {
         }
     }
 
-    fn draw(&self, draw: FrameDraw) -> FrameDraw {
-        let FrameDraw {
+    fn draw(&self, draw: Draw) -> Draw {
+        let Draw {
             pipeline: PipelineId(pipeline),
             bind_group: BindGroupId(bind_group),
             dynamic_offset,
             vertex_buffers,
             index,
-            elements,
+            vertices,
             base_vertex,
             instances,
             viewport,
@@ -92,13 +96,13 @@ impl Offsets {
             stream_out,
             streamed,
         } = draw;
-        FrameDraw {
+        Draw {
             pipeline: PipelineId(pipeline + self.pipelines),
             bind_group: BindGroupId(bind_group + self.bind_groups),
             dynamic_offset,
             vertex_buffers: vertex_buffers.into_iter().map(|(buffer, offset)| (self.buffer(buffer), offset)).collect(),
             index: index.map(|FrameIndex { buffer, format }| FrameIndex { buffer: self.buffer(buffer), format }),
-            elements,
+            vertices,
             base_vertex,
             instances,
             viewport,

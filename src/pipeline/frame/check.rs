@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::api::draw::DRAWS_PER_TASK;
-use crate::frame::description::{AttachmentView, BindEntry, BufferId, Frame, FrameDraw, FramePass};
+use crate::frame::description::{AttachmentView, BindEntry, BufferId, Draw, Frame, Pass};
 use crate::frame::error::{BindGroupProblem, FrameError, ReferenceProblem};
 use crate::run::device::Device;
 
@@ -72,7 +72,7 @@ fn entry_problem(frame: &Frame, entry: &BindEntry) -> Option<BindGroupProblem> {
 }
 
 /// What is wrong with a pass's attachments.
-fn attachment_problem(frame: &Frame, pass: &FramePass) -> Option<ReferenceProblem> {
+fn attachment_problem(frame: &Frame, pass: &Pass) -> Option<ReferenceProblem> {
     let views = pass.attachments();
     views.iter().enumerate().find_map(|(attachment, view)| {
         let Some(texture) = frame.textures.get(view.texture.index()) else {
@@ -88,7 +88,7 @@ fn attachment_problem(frame: &Frame, pass: &FramePass) -> Option<ReferenceProble
 }
 
 /// What is wrong with a pass's stream-out targets: all draws to one of them must write vertices of one size.
-fn stream_out_problem(frame: &Frame, pass: &FramePass) -> Option<ReferenceProblem> {
+fn stream_out_problem(frame: &Frame, pass: &Pass) -> Option<ReferenceProblem> {
     let targets = &pass.stream_out;
     for (i, target) in targets.iter().enumerate() {
         let Some(buffer) = frame.buffers.get(target.buffer.index()) else {
@@ -109,7 +109,7 @@ fn stream_out_problem(frame: &Frame, pass: &FramePass) -> Option<ReferenceProble
 }
 
 /// What is wrong with the numbers of a draw.
-fn draw_problem(frame: &Frame, pass: &FramePass, number: usize, of: &FrameDraw) -> Option<ReferenceProblem> {
+fn draw_problem(frame: &Frame, pass: &Pass, number: usize, of: &Draw) -> Option<ReferenceProblem> {
     let (draw, pipeline, bind_group) = (number, of.pipeline.index(), of.bind_group.index());
     if pipeline >= frame.pipelines.len() {
         return Some(ReferenceProblem::NoPipeline { draw, pipeline });
@@ -134,7 +134,7 @@ fn draw_problem(frame: &Frame, pass: &FramePass, number: usize, of: &FrameDraw) 
 }
 
 /// What a bind group of the pass reads and the pass writes.
-fn read_and_written(frame: &Frame, pass: &FramePass) -> Option<ReferenceProblem> {
+fn read_and_written(frame: &Frame, pass: &Pass) -> Option<ReferenceProblem> {
     let views = pass.attachments();
     let entries = pass.bind_groups().into_iter().flat_map(|group| &frame.bind_groups[group.index()].entries);
     for entry in entries {
@@ -155,7 +155,7 @@ fn read_and_written(frame: &Frame, pass: &FramePass) -> Option<ReferenceProblem>
     None
 }
 
-fn streams_to(pass: &FramePass, buffer: BufferId) -> bool {
+fn streams_to(pass: &Pass, buffer: BufferId) -> bool {
     pass.stream_out.iter().any(|target| target.buffer == buffer)
 }
 

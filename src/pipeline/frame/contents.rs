@@ -134,7 +134,7 @@ pub fn cleared_first(frame: &Frame) -> Vec<bool> {
         for target in pass.color.iter().flatten() {
             happens(target.view.texture, matches!(target.load, LoadOp::Clear(_)));
         }
-        if let Some(target) = &pass.depth {
+        if let Some(target) = &pass.depth_stencil {
             let format = format_info(frame.textures[target.view.texture.index()].desc.format);
             let depth = format.is_none_or(|f| !f.depth) || matches!(target.depth_load, LoadOp::Clear(_));
             let stencil = format.is_none_or(|f| !f.stencil) || matches!(target.stencil_load, LoadOp::Clear(_));

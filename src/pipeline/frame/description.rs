@@ -142,7 +142,7 @@ impl From<TextureId> for AttachmentView {
 
 /// A colour attachment of a pass.
 #[derive(Clone, Copy, Debug)]
-pub struct ColorTarget {
+pub struct ColorAttachment {
     /// What is drawn to.
     pub view: AttachmentView,
     /// What it holds before the first draw.
@@ -151,7 +151,7 @@ pub struct ColorTarget {
 
 /// The depth-stencil attachment of a pass.
 #[derive(Clone, Copy, Debug)]
-pub struct DepthTarget {
+pub struct DepthStencilAttachment {
     /// What is drawn to.
     pub view: AttachmentView,
     /// Depth before the first draw.
@@ -182,7 +182,7 @@ pub struct FrameIndex {
 
 /// One draw of a pass. See [`crate::Draw`] for the fields' meaning.
 #[derive(Clone, Debug)]
-pub struct FrameDraw {
+pub struct Draw {
     /// Pipeline.
     pub pipeline: PipelineId,
     /// Bind group.
@@ -194,7 +194,7 @@ pub struct FrameDraw {
     /// Index buffer. Default: none.
     pub index: Option<FrameIndex>,
     /// Vertices, or places in the index buffer.
-    pub elements: Range<u32>,
+    pub vertices: Range<u32>,
     /// Added to every index. Default: 0.
     pub base_vertex: i32,
     /// Instances. Default: one.
@@ -215,17 +215,17 @@ pub struct FrameDraw {
     pub streamed: Option<BufferId>,
 }
 
-impl FrameDraw {
+impl Draw {
     /// A draw of `elements` vertices with everything else at its default.
     #[must_use]
-    pub fn new(pipeline: PipelineId, bind_group: BindGroupId, elements: Range<u32>) -> Self {
+    pub fn new(pipeline: PipelineId, bind_group: BindGroupId, vertices: Range<u32>) -> Self {
         Self {
             pipeline,
             bind_group,
             dynamic_offset: 0,
             vertex_buffers: Vec::new(),
             index: None,
-            elements,
+            vertices,
             base_vertex: 0,
             instances: 0..1,
             viewport: None,
@@ -247,15 +247,15 @@ impl FrameDraw {
 
 /// One render pass.
 #[derive(Clone, Debug, Default)]
-pub struct FramePass {
+pub struct Pass {
     /// Name in errors, captures and `--layers`.
     pub label: String,
     /// Colour attachments; `None` for a hole.
-    pub color: Vec<Option<ColorTarget>>,
+    pub color: Vec<Option<ColorAttachment>>,
     /// Depth-stencil attachment.
-    pub depth: Option<DepthTarget>,
+    pub depth_stencil: Option<DepthStencilAttachment>,
     /// In submission order.
-    pub draws: Vec<FrameDraw>,
+    pub draws: Vec<Draw>,
     /// Occlusion queries.
     pub query_count: usize,
     /// Where primitives are streamed out to.
@@ -265,11 +265,11 @@ pub struct FramePass {
     pub cached: Option<PassOutput>,
 }
 
-impl FramePass {
+impl Pass {
     /// What is drawn to: colour attachments in order, then depth-stencil.
     #[must_use]
     pub fn attachments(&self) -> Vec<AttachmentView> {
-        self.color.iter().flatten().map(|t| t.view).chain(self.depth.iter().map(|t| t.view)).collect()
+        self.color.iter().flatten().map(|t| t.view).chain(self.depth_stencil.iter().map(|t| t.view)).collect()
     }
 
     /// The bind groups that the draws use, each once. A pass may have a hundred thousand draws with one bind group.
@@ -302,7 +302,7 @@ pub struct Frame {
     /// Bind groups.
     pub bind_groups: Vec<BindGroup>,
     /// Passes in order.
-    pub passes: Vec<FramePass>,
+    pub passes: Vec<Pass>,
 }
 
 impl Frame {

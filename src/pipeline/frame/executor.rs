@@ -4,16 +4,16 @@ use crate::api::observer::Observer;
 use crate::api::pass::PassOutput;
 use crate::api::texture::Texture;
 use crate::frame::contents::Contents;
-use crate::frame::description::{Frame, FramePass, TextureId};
+use crate::frame::description::{Frame, Pass, TextureId};
 use crate::frame::error::FrameError;
 use crate::run::device::Device;
 
 /// Sees every pass of a frame, and through [`Observer`] every stage of it.
 pub trait FrameObserver: Send {
     /// A pass is about to run. Return an observer to see inside of it.
-    fn pass_begin(&mut self, index: usize, pass: &FramePass) -> Option<&mut dyn Observer>;
+    fn pass_begin(&mut self, index: usize, pass: &Pass) -> Option<&mut dyn Observer>;
     /// A pass has run; `contents` are as it left them.
-    fn pass_end(&mut self, _index: usize, _pass: &FramePass, _contents: &Contents, _output: &PassOutput) {}
+    fn pass_end(&mut self, _index: usize, _pass: &Pass, _contents: &Contents, _output: &PassOutput) {}
 }
 
 /// What a frame left behind.

@@ -18,8 +18,8 @@ pub use check::{check_memory, check_references};
 pub use contents::{Contents, Streamed, cleared_first};
 pub use cpu::CpuExecutor;
 pub use description::{
-    AttachmentView, BindEntry, BindGroup, BindGroupId, BufferId, ColorTarget, DepthTarget, Frame, FrameBuffer, FrameDraw, FrameIndex,
-    FramePass, FrameTexture, Initial, PipelineId, StreamOut, TextureId, TextureView,
+    AttachmentView, BindEntry, BindGroup, BindGroupId, BufferId, ColorAttachment, DepthStencilAttachment, Draw, Frame, FrameBuffer,
+    FrameIndex, FrameTexture, Initial, Pass, PipelineId, StreamOut, TextureId, TextureView,
 };
 pub use error::{BindGroupProblem, FrameError, ReferenceProblem};
 pub use executor::{Executor, FrameObserver, FrameOutput};

@@ -16,7 +16,7 @@ use crate::api::resolved::PrimitiveClass;
 use crate::api::state::{PixelRect, Viewport};
 use crate::api::texture_view::{TextureView, TextureViewMut, Unattached};
 use crate::frame::contents::{Contents, Streamed};
-use crate::frame::description::{self, AttachmentView, BindEntry, BufferId, Frame, FrameDraw, FramePass};
+use crate::frame::description::{self, AttachmentView, BindEntry, BufferId, Frame};
 use crate::frame::error::FrameError;
 use crate::run::device::Device;
 use crate::run::pass::run_pass;
@@ -28,7 +28,7 @@ pub fn pipelines(frame: &Frame) -> Result<Vec<RenderPipeline>, PipelineError> {
 
 /// Width and height of a pass's attachments.
 #[must_use]
-pub fn target_size(frame: &Frame, pass: &FramePass) -> (u32, u32) {
+pub fn target_size(frame: &Frame, pass: &description::Pass) -> (u32, u32) {
     pass.attachments().first().map_or((1, 1), |view| {
         let size = frame.textures[view.texture.index()].desc.level_size(view.level);
         (size.0, size.1)
@@ -43,7 +43,7 @@ pub fn run_frame_pass(
     device: &Device,
     frame: &Frame,
     pipelines: &[RenderPipeline],
-    pass: &FramePass,
+    pass: &description::Pass,
     contents: &mut Contents,
     observer: Option<&mut dyn Observer>,
 ) -> Result<PassOutput, FrameError> {
@@ -63,7 +63,7 @@ pub fn run_frame_pass(
     let vertex_buffers: Vec<VertexBuffer<'_>> = pass.draws.iter().flat_map(|draw| source.vertex_buffers(draw)).collect();
     let starts = pass.draws.iter().scan(0, |next, draw| Some(std::mem::replace(next, *next + draw.vertex_buffers.len())));
     let starts: Vec<usize> = starts.collect();
-    let resolve_one = |(draw, &start): (&FrameDraw, &usize)| {
+    let resolve_one = |(draw, &start): (&description::Draw, &usize)| {
         let bindings = Bindings::new(&groups[draw.bind_group.index()], draw.dynamic_offset as usize);
         let buffers = &vertex_buffers[start..start + draw.vertex_buffers.len()];
         source.draw(draw, &pipelines[draw.pipeline.index()], bindings, buffers)
@@ -74,7 +74,7 @@ pub fn run_frame_pass(
     for target in &pass.color {
         color.push(target.as_ref().and_then(|target| Some(ColorAttachment { view: attached.next().flatten()?, load: target.load })));
     }
-    let depth_stencil = pass.depth.as_ref().zip(attached.next().flatten()).map(|(target, view)| DepthStencilAttachment {
+    let depth_stencil = pass.depth_stencil.as_ref().zip(attached.next().flatten()).map(|(target, view)| DepthStencilAttachment {
         view,
         depth_load: target.depth_load,
         stencil_load: target.stencil_load,
@@ -104,13 +104,13 @@ fn lend<'a>(
 }
 
 /// Empty stream-out targets with the room that their buffers have.
-fn stream_out_targets(pass: &FramePass, contents: &Contents) -> Vec<StreamOutTarget> {
+fn stream_out_targets(pass: &description::Pass, contents: &Contents) -> Vec<StreamOutTarget> {
     let room = |stream: &description::StreamOut| contents.stream_room(stream.buffer, stream.append) / size_of::<f32>();
     pass.stream_out.iter().map(|stream| StreamOutTarget { capacity: room(stream), ..StreamOutTarget::default() }).collect()
 }
 
 /// Puts what was streamed out into the buffers.
-fn keep_streamed(frame: &Frame, pass: &FramePass, written: &[StreamOutTarget], contents: &mut Contents) {
+fn keep_streamed(frame: &Frame, pass: &description::Pass, written: &[StreamOutTarget], contents: &mut Contents) {
     for (target, (stream, written)) in pass.stream_out.iter().zip(written).enumerate() {
         let writer = pass.draws.iter().find(|draw| draw.stream_out == Some(target as u32));
         let floats = writer.map_or(1, |draw| frame.stream_floats(draw.pipeline));
@@ -125,8 +125,8 @@ fn keep_streamed(frame: &Frame, pass: &FramePass, written: &[StreamOutTarget], c
 pub fn stream_draw(
     device: &Device,
     frame: &Frame,
-    pass: &FramePass,
-    draw: &FrameDraw,
+    pass: &description::Pass,
+    draw: &description::Draw,
     contents: &Contents,
 ) -> Result<(PrimitiveClass, StreamOutTarget), FrameError> {
     let described = &frame.pipelines[draw.pipeline.index()];
@@ -163,7 +163,7 @@ impl<'a> Source<'a> {
         &self.buffers[id.index()]
     }
 
-    fn vertex_buffers(&self, draw: &FrameDraw) -> impl Iterator<Item = VertexBuffer<'a>> {
+    fn vertex_buffers(&self, draw: &description::Draw) -> impl Iterator<Item = VertexBuffer<'a>> {
         draw.vertex_buffers.iter().map(|(id, offset)| VertexBuffer { buffer: self.buffer(*id), offset: *offset })
     }
 
@@ -184,13 +184,13 @@ impl<'a> Source<'a> {
     /// A frame's draw as the pipeline takes it.
     fn draw(
         &self,
-        draw: &FrameDraw,
+        draw: &description::Draw,
         pipeline: &'a RenderPipeline,
         bindings: Bindings<'a>,
         vertex_buffers: &'a [VertexBuffer<'a>],
     ) -> Draw<'a> {
         let size = self.size;
-        let mut elements = draw.elements.clone();
+        let mut elements = draw.vertices.clone();
         if let Some(buffer) = draw.streamed {
             elements.end = elements.end.min(elements.start.saturating_add(self.streamed[buffer.index()].vertices));
         }

@@ -12,14 +12,14 @@ pub(crate) fn vertices_per_primitive(topology: PrimitiveTopology) -> usize {
     }
 }
 
-/// Primitives that `elements` vertices or indices make when nothing restarts.
-fn primitive_count(topology: PrimitiveTopology, elements: u32) -> u32 {
+/// Primitives that `vertices` vertices or indices make when nothing restarts.
+fn primitive_count(topology: PrimitiveTopology, vertices: u32) -> u32 {
     match topology {
-        PrimitiveTopology::PointList => elements,
-        PrimitiveTopology::LineList => elements / 2,
-        PrimitiveTopology::LineStrip => elements.saturating_sub(1),
-        PrimitiveTopology::TriangleList => elements / 3,
-        PrimitiveTopology::TriangleStrip => elements.saturating_sub(2),
+        PrimitiveTopology::PointList => vertices,
+        PrimitiveTopology::LineList => vertices / 2,
+        PrimitiveTopology::LineStrip => vertices.saturating_sub(1),
+        PrimitiveTopology::TriangleList => vertices / 3,
+        PrimitiveTopology::TriangleStrip => vertices.saturating_sub(2),
     }
 }
 
@@ -34,18 +34,18 @@ pub(crate) enum Assembly {
 
 impl Assembly {
     /// Looks through the indices of a strip for restarts [WebGPU: primitive restart is always on for indexed strips].
-    pub fn new(topology: PrimitiveTopology, index: Option<&IndexBuffer<'_>>, first: u32, elements: u32) -> Self {
-        let count = primitive_count(topology, elements);
+    pub fn new(topology: PrimitiveTopology, index: Option<&IndexBuffer<'_>>, first: u32, vertices: u32) -> Self {
+        let count = primitive_count(topology, vertices);
         if let Some(index) = index
             && topology.is_strip()
         {
             let restart = index.restart();
             let is_restart = |i: u32| index.get((first + i) as usize) == restart;
-            if (0..elements).any(is_restart) {
+            if (0..vertices).any(is_restart) {
                 let per_primitive = vertices_per_primitive(topology) as u32;
                 let mut starts = Vec::new();
                 let mut strip_start = 0;
-                for i in 0..elements {
+                for i in 0..vertices {
                     if is_restart(i) {
                         strip_start = i + 1;
                     } else if i + 1 - strip_start >= per_primitive {
@@ -67,10 +67,10 @@ impl Assembly {
         }
     }
 
-    /// The elements (counted from the draw's first) of a primitive, provoking vertex first. Odd triangles of
+    /// The places in a draw's vertices, or indices if it is indexed, that make up a primitive, provoking vertex first. Odd triangles of
     /// a strip swap their last two, so that all wind the same way [Vulkan spec, triangle strips].
     #[inline(always)]
-    pub fn elements(&self, primitive: u32) -> [u32; 3] {
+    pub fn places(&self, primitive: u32) -> [u32; 3] {
         let (topology, start, odd) = match self {
             Self::Regular { topology, .. } => match topology {
                 PrimitiveTopology::PointList => return [primitive; 3],

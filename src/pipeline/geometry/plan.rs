@@ -21,8 +21,8 @@ pub(crate) struct Part {
 
 /// Where a draw's primitives begin.
 pub(crate) fn assembly_of(draw: &Draw<'_>) -> Assembly {
-    let elements = draw.elements.end - draw.elements.start;
-    Assembly::new(draw.pipeline.desc.primitive.topology, draw.index.as_ref(), draw.elements.start, elements)
+    let elements = draw.vertices.end - draw.vertices.start;
+    Assembly::new(draw.pipeline.desc.primitive.topology, draw.index.as_ref(), draw.vertices.start, elements)
 }
 
 /// How many primitives a geometry shader may make of one; without it, one.

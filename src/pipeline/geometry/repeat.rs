@@ -24,7 +24,7 @@ fn same_draw(a: &Draw<'_>, b: &Draw<'_>) -> bool {
         _ => false,
     };
     let mut buffers = a.vertex_buffers.iter().zip(b.vertex_buffers);
-    a.elements == b.elements
+    a.vertices == b.vertices
         && index
         && a.base_vertex == b.base_vertex
         && a.instances == b.instances
@@ -112,12 +112,12 @@ mod tests {
         RenderPipeline::new(desc, RasterRules::REFERENCE).expect("a valid pipeline")
     }
 
-    fn draw(pipeline: &RenderPipeline, elements: Range<u32>) -> Draw<'_> {
-        Draw::new(pipeline, Bindings::new(&[], 0), elements, (64, 64))
+    fn draw(pipeline: &RenderPipeline, vertices: Range<u32>) -> Draw<'_> {
+        Draw::new(pipeline, Bindings::new(&[], 0), vertices, (64, 64))
     }
 
     fn counts(draws: &[Draw<'_>]) -> Vec<u32> {
-        repetitions(draws, |draw| u64::from(draws[draw].elements.end - draws[draw].elements.start) / 3)
+        repetitions(draws, |draw| u64::from(draws[draw].vertices.end - draws[draw].vertices.start) / 3)
     }
 
     #[test]
@@ -140,7 +140,7 @@ mod tests {
             Draw { pipeline: &culled, ..first() },
             Draw { pipeline: &foreign, ..first() },
             Draw { bindings: Bindings::new(&[], 256), ..first() },
-            Draw { elements: 0..3, ..first() },
+            Draw { vertices: 0..3, ..first() },
             Draw { base_vertex: 1, ..first() },
             Draw { instances: 1..2, ..first() },
             Draw { viewport: Viewport::full(32, 64), ..first() },

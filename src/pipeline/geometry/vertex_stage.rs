@@ -15,17 +15,17 @@ const CACHE: usize = 4096;
 pub(crate) fn gather_vertices(draw: &Draw<'_>, assembly: &Assembly, part: &Part, scratch: &mut Scratch) {
     scratch.vertex_index.clear();
     scratch.primitives.clear();
-    let first_element = draw.elements.start;
+    let first_element = draw.vertices.start;
     let ids = part.first..part.first + part.count;
     match (&draw.index, assembly) {
         (None, Assembly::Regular { topology, .. }) => {
             // Elements are consecutive: no cache needed.
-            let start = assembly.elements(part.first)[0];
-            let last = assembly.elements(part.first + part.count - 1);
+            let start = assembly.places(part.first)[0];
+            let last = assembly.places(part.first + part.count - 1);
             let per_primitive = vertices_per_primitive(*topology);
             let end = last[..per_primitive].iter().max().map_or(start, |e| e + 1);
             scratch.vertex_index.extend((start..end).map(|e| first_element + e));
-            scratch.primitives.extend(ids.map(|id| assembly.elements(id).map(|e| e.wrapping_sub(start))));
+            scratch.primitives.extend(ids.map(|id| assembly.places(id).map(|e| e.wrapping_sub(start))));
             if per_primitive == 2 {
                 scratch.primitives.iter_mut().for_each(|p| p[2] = p[1]);
             }
@@ -39,7 +39,7 @@ pub(crate) fn gather_vertices(draw: &Draw<'_>, assembly: &Assembly, part: &Part,
             }
             let per_primitive = vertices_per_primitive(draw.pipeline.desc.primitive.topology);
             for id in ids {
-                let elements = assembly.elements(id);
+                let elements = assembly.places(id);
                 let mut primitive = [0; 3];
                 for corner in 0..per_primitive {
                     let element = first_element + elements[corner];

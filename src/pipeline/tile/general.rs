@@ -123,7 +123,7 @@ impl<'a> TileWorker<'a, '_> {
     #[inline(never)]
     pub fn general<S: Simd>(&mut self, simd: S, primitives: &[TilePrimitive], coarse: Option<&'a CoarseDepth>) {
         let draw = &self.context.draws[self.draw as usize];
-        self.joins = draw.pipeline.fragment.joins && self.observer.is_none();
+        self.merges = draw.pipeline.fragment.merges && self.observer.is_none();
         let early_depth_only = draw.pipeline.rejects_by_depth && !draw.pipeline.depth.stencil && self.observer.is_none();
         if early_depth_only {
             for primitive in primitives {

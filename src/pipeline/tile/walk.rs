@@ -147,7 +147,7 @@ fn tile_chunks<'a, S: Simd>(
         chunk: None,
         stencil_before: [0; 16],
         draw: u32::MAX,
-        joins: false,
+        merges: false,
     };
     for chunk in chunks {
         if chunk.bins.is_untouched(tile) {

@@ -36,7 +36,7 @@ pub(crate) struct TileWorker<'a, 'b> {
     /// Draw of the last primitive.
     pub draw: u32,
     /// Whether its blocks may join those of the queue.
-    pub joins: bool,
+    pub merges: bool,
 }
 
 impl<'a> TileWorker<'a, '_> {
@@ -58,17 +58,17 @@ impl<'a> TileWorker<'a, '_> {
         let queue = &mut *self.scratch;
         let (x, y) = ((self.origin[0] + bx) as u32, (self.origin[1] + by) as u32);
         let back = primitive.flags & flag::BACK != 0;
-        if self.joins {
+        if self.merges {
             let latest = &mut queue.latest[offset_in_tile(bx as usize, by as usize) / 16];
             let slot = usize::from(*latest);
             // Of an earlier queue only the place may be left: it is the block's if its pixels are.
             if slot < queue.len
                 && (queue.items[slot].x, queue.items[slot].y, queue.facing[slot]) == (x, y, back)
-                && queue.items[slot].join(primitive.attributes, mask)
+                && queue.items[slot].merge(primitive.attributes, mask)
             {
-                let joined = mask32x16::from_bitmask(simd, u64::from(mask));
+                let merged = mask32x16::from_bitmask(simd, u64::from(mask));
                 let before = <f32x16<S> as Lanes>::load(simd, &queue.z[slot]);
-                Lanes::store(<f32x16<S> as Lanes>::select(joined, z, before), &mut queue.z[slot]);
+                Lanes::store(<f32x16<S> as Lanes>::select(merged, z, before), &mut queue.z[slot]);
                 return;
             }
             *latest = queue.len as u8;

@@ -62,7 +62,7 @@ pub fn draws() -> Vec<Row> {
         rule!("draw-bindings": drawn(Draw { bindings: Bindings::new(&[], 0), ..good() })
             => DrawProblem::Binding(BindingProblem::Count { given: 0, expected: 1 }), drawn(good())),
         rule!("draw-color-target": drawn(of(&other))
-            => DrawProblem::ColorTarget { target: 0, attached: Some(Rgba8Unorm), expected: Some(R32Float) }, drawn(good())),
+            => DrawProblem::ColorAttachment { target: 0, attached: Some(Rgba8Unorm), expected: Some(R32Float) }, drawn(good())),
         rule!("draw-depth-stencil": drawn(of(&deep)) => DrawProblem::DepthStencil { attached: None, expected: Some(Depth32Float) },
             drawn(good())),
         rule!("viewport-size": viewport(|v| v.width = -1.0) => DrawProblem::ViewportSize { .. }, viewport(|v| v.width = 0.0)),
@@ -105,7 +105,7 @@ pub fn vertices() -> Vec<Row> {
     let of = |pipeline| Draw::new(pipeline, Bindings::new(&entries, 0), 0..3, SIZE);
     let indices = Buffer::from_slice(&[0u32; 4]);
     let indexed = |pipeline, format, offset, elements| {
-        drawn(Draw { index: Some(IndexBuffer { buffer: &indices, format, offset }), elements, ..of(pipeline) })
+        drawn(Draw { index: Some(IndexBuffer { buffer: &indices, format, offset }), vertices: elements, ..of(pipeline) })
     };
     let (long, short) = (Buffer::from_slice(&[0.0f32; 6]), Buffer::from_slice(&[0.0f32; 5]));
     let fetched = |pipeline, buffer, offset, instances| {

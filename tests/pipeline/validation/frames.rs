@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nephroid_pipeline::frame::{
-    AttachmentView, BindEntry, BindGroupId, BindGroupProblem, BufferId, ColorTarget, Frame, FrameDraw, FrameError, FramePass, PipelineId,
+    AttachmentView, BindEntry, BindGroupId, BindGroupProblem, BufferId, ColorAttachment, Draw, Frame, FrameError, Pass, PipelineId,
     ReferenceProblem, StreamOut, TextureId, TextureView, check_references,
 };
 use nephroid_pipeline::sampler::Sampler;
@@ -30,11 +30,11 @@ fn frame() -> Frame {
     }
     let group = frame.bind_group(vec![BindEntry::Storage(BufferId::at(0))]);
     let load = LoadOp::Clear(Color::BLACK);
-    frame.passes.push(FramePass {
+    frame.passes.push(Pass {
         label: "test".into(),
-        color: vec![Some(ColorTarget { view: TextureId::at(0).into(), load })],
-        draws: vec![FrameDraw::new(PipelineId::at(0), group, 0..3)],
-        ..FramePass::default()
+        color: vec![Some(ColorAttachment { view: TextureId::at(0).into(), load })],
+        draws: vec![Draw::new(PipelineId::at(0), group, 0..3)],
+        ..Pass::default()
     });
     frame
 }
@@ -46,7 +46,7 @@ fn checked(edit: impl FnOnce(&mut Frame)) -> Result<(), FrameError> {
 }
 
 /// The frame's pass, edited; only what is wrong with it.
-fn pass(edit: impl FnOnce(&mut FramePass)) -> Result<(), ReferenceProblem> {
+fn pass(edit: impl FnOnce(&mut Pass)) -> Result<(), ReferenceProblem> {
     match checked(|frame| edit(&mut frame.passes[0])) {
         Ok(()) => Ok(()),
         Err(FrameError::Reference { problem, .. }) => Err(problem),
@@ -54,7 +54,7 @@ fn pass(edit: impl FnOnce(&mut FramePass)) -> Result<(), ReferenceProblem> {
     }
 }
 
-fn draw(edit: impl FnOnce(&mut FrameDraw)) -> Result<(), ReferenceProblem> {
+fn draw(edit: impl FnOnce(&mut Draw)) -> Result<(), ReferenceProblem> {
     pass(|pass| edit(&mut pass.draws[0]))
 }
 
@@ -65,7 +65,7 @@ fn entry(entry: BindEntry) -> Result<(), FrameError> {
 fn attached(views: &[(u32, u32, u32)]) -> Result<(), ReferenceProblem> {
     let load = LoadOp::Clear(Color::BLACK);
     let views = views.iter().map(|&(texture, level, layer)| AttachmentView { texture: TextureId::at(texture), level, layer });
-    pass(|pass| pass.color = views.map(|view| Some(ColorTarget { view, load })).collect())
+    pass(|pass| pass.color = views.map(|view| Some(ColorAttachment { view, load })).collect())
 }
 
 /// Rules of bind groups.
@@ -126,7 +126,7 @@ pub fn streams() -> Vec<Row> {
     let two = |pipeline| {
         pass(|pass| {
             pass.stream_out = vec![to(1)];
-            pass.draws.push(FrameDraw { pipeline: PipelineId::at(pipeline), ..pass.draws[0].clone() });
+            pass.draws.push(Draw { pipeline: PipelineId::at(pipeline), ..pass.draws[0].clone() });
             pass.draws.iter_mut().for_each(|draw| draw.stream_out = Some(0));
         })
     };

@@ -86,24 +86,24 @@ pub fn targets() -> Vec<Row> {
         rule!("color-target-count": made(|desc| desc.targets = vec![one.clone(); 9]) => PipelineProblem::ColorTargetCount { count: 9 },
             made(|desc| desc.targets = vec![one.clone(); 8])),
         rule!("color-target-format": made(|desc| desc.targets = vec![one.clone(), target(Bc1RgbaUnorm)])
-            => PipelineProblem::ColorTarget { target: 1, problem: ColorTargetProblem::Format { format: Bc1RgbaUnorm } },
+            => PipelineProblem::ColorAttachment { target: 1, problem: ColorTargetProblem::Format { format: Bc1RgbaUnorm } },
             made(|desc| desc.targets = two.clone())),
         rule!("color-target-renderable": made(|desc| desc.targets = vec![target(Depth32Float)])
-            => PipelineProblem::ColorTarget { target: 0, problem: ColorTargetProblem::NotRenderable { format: Depth32Float } },
+            => PipelineProblem::ColorAttachment { target: 0, problem: ColorTargetProblem::NotRenderable { format: Depth32Float } },
             made(|desc| desc.targets = vec![target(R32Float)])),
         rule!("write-mask": masked(0x10)
-            => PipelineProblem::ColorTarget { target: 0, problem: ColorTargetProblem::WriteMask { bits: 0x10 } }, masked(0xf)),
+            => PipelineProblem::ColorAttachment { target: 0, problem: ColorTargetProblem::WriteMask { bits: 0x10 } }, masked(0xf)),
         rule!("blendable": made(|desc| desc.targets = vec![blended(R32Uint, ADD)])
-            => PipelineProblem::ColorTarget { target: 0, problem: ColorTargetProblem::NotBlendable { format: R32Uint } },
+            => PipelineProblem::ColorAttachment { target: 0, problem: ColorTargetProblem::NotBlendable { format: R32Uint } },
             made(|desc| desc.targets = vec![target(R32Uint)])),
         rule!("min-max-factor": made(|desc| desc.targets = vec![blended(Rgba8Unorm, max(BlendFactor::Dst))])
-            => PipelineProblem::ColorTarget {
+            => PipelineProblem::ColorAttachment {
                 target: 0,
                 problem: ColorTargetProblem::MinMaxFactor { operation: BlendOperation::Max, factor: BlendFactor::Dst },
             },
             made(|desc| desc.targets = vec![blended(Rgba8Unorm, max(BlendFactor::One))])),
         rule!("dual-source-target": made(|desc| desc.targets = vec![blended(Rgba8Unorm, second), one.clone()])
-            => PipelineProblem::ColorTarget { target: 0, problem: ColorTargetProblem::DualSource { targets: 2 } },
+            => PipelineProblem::ColorAttachment { target: 0, problem: ColorTargetProblem::DualSource { targets: 2 } },
             made(|desc| desc.targets = vec![blended(Rgba8Unorm, second)])),
         rule!("fragment-stage": made(|desc| desc.program = Arc::new(depth_only_program())) => PipelineProblem::FragmentStage,
             made(|desc| desc.program = Arc::new(plain_program(Ones)))),

@@ -268,7 +268,7 @@ fn vertices_can_be_drawn_without_indices() {
             let mesh = if indexed { &flat } else { &loose };
             let draw = surface(frame, mesh, (Quat::IDENTITY, Vec3::ZERO), grey());
             let count = mesh.positions.len() as u32;
-            vec![if indexed { draw } else { SurfaceDraw { indices: None, elements: 0..count, ..draw } }]
+            vec![if indexed { draw } else { SurfaceDraw { indices: None, range: 0..count, ..draw } }]
         })
     };
     let [indexed, loose] = [seen(true), seen(false)];

@@ -11,7 +11,7 @@ use glam::Vec4;
 use nephroid::caustics::builder::state::clear;
 use nephroid::caustics::builder::{Contributions, FrameBuilder, ViewOptions, cut_level};
 use nephroid::caustics::{Builder, Feature, Layout, Receivers, RenderError, Technique, TechniqueFrame, layout};
-use nephroid::frame::{BindEntry, FrameDraw, FramePass};
+use nephroid::frame::{BindEntry, Draw, Pass};
 use nephroid::metrics::bounds::{CHAINED_LOOKED_UP, EXACT, PassBounds, VERTEX};
 use nephroid::passes::fullscreen;
 use nephroid::pipeline::Device;
@@ -76,11 +76,11 @@ impl Builder for TwofoldBuilder {
         let uniform = builder.uniform("twofold", &TwofoldUniform { factor: Vec4::splat(settings.factor) });
         let bindings = builder.frame.bind_group(vec![BindEntry::Uniform(uniform, 0), BindEntry::texture(builder.direct)]);
         let pipeline = builder.fullscreen("twofold", shaders::program(), &[format], None);
-        builder.frame.passes.push(FramePass {
+        builder.frame.passes.push(Pass {
             label: "twofold".into(),
             color: vec![clear(irradiance)],
-            draws: vec![FrameDraw::new(pipeline, bindings, fullscreen::VERTICES)],
-            ..FramePass::default()
+            draws: vec![Draw::new(pipeline, bindings, fullscreen::VERTICES)],
+            ..Pass::default()
         });
         Ok(builder.finish(Contributions::new(irradiance)))
     }

@@ -19,7 +19,7 @@ pub enum DrawProblem {
     Binding(BindingProblem),
     /// A colour target is of another format than the pass's, or one of both is a hole.
     #[error("target {target} is {attached:?}, the pipeline writes {expected:?}")]
-    ColorTarget {
+    ColorAttachment {
         /// The target's number.
         target: usize,
         /// The pass's format.
@@ -72,10 +72,10 @@ pub enum DrawProblem {
         size: (u32, u32),
     },
     /// A range that ends before it starts.
-    #[error("elements {elements:?} or instances {instances:?} end before they start")]
+    #[error("vertices {vertices:?} or instances {instances:?} end before they start")]
     Range {
         /// Vertices or indices.
-        elements: Range<u32>,
+        vertices: Range<u32>,
         /// Instances.
         instances: Range<u32>,
     },
@@ -88,10 +88,10 @@ pub enum DrawProblem {
         format: IndexFormat,
     },
     /// Indices that the buffer does not have.
-    #[error("indices {elements:?} of a buffer that holds {count}")]
+    #[error("indices {indices:?} of a buffer that holds {count}")]
     IndexRange {
         /// The indices drawn.
-        elements: Range<u32>,
+        indices: Range<u32>,
         /// Indices in the buffer, from the offset on.
         count: usize,
     },
@@ -169,7 +169,7 @@ fn attachment_problem(pass: &Pass<'_>, draw: &Draw<'_>) -> Option<DrawProblem> {
         let attached = pass.color.get(target).and_then(|a| a.as_ref()).map(|a| a.view.format());
         let expected = desc.targets.get(target).and_then(|t| t.as_ref()).map(|t| t.format);
         if attached != expected {
-            return Some(DrawProblem::ColorTarget { target, attached, expected });
+            return Some(DrawProblem::ColorAttachment { target, attached, expected });
         }
     }
     let attached = pass.depth_stencil.as_ref().map(|a| a.view.format());
@@ -199,16 +199,16 @@ fn scissor_problem(s: PixelRect, size: (u32, u32)) -> Option<DrawProblem> {
 }
 
 fn element_problem(draw: &Draw<'_>) -> Option<DrawProblem> {
-    let (elements, instances) = (&draw.elements, &draw.instances);
-    if elements.start > elements.end || instances.start > instances.end {
-        return Some(DrawProblem::Range { elements: elements.clone(), instances: instances.clone() });
+    let (vertices, instances) = (&draw.vertices, &draw.instances);
+    if vertices.start > vertices.end || instances.start > instances.end {
+        return Some(DrawProblem::Range { vertices: vertices.clone(), instances: instances.clone() });
     }
     let index = draw.index.as_ref()?;
     if !index.offset.is_multiple_of(index.format.byte_size() as usize) {
         return Some(DrawProblem::IndexOffset { offset: index.offset, format: index.format });
     }
-    if elements.end as usize > index.len() {
-        return Some(DrawProblem::IndexRange { elements: elements.clone(), count: index.len() });
+    if vertices.end as usize > index.len() {
+        return Some(DrawProblem::IndexRange { indices: vertices.clone(), count: index.len() });
     }
     let primitive = &draw.pipeline.desc.primitive;
     let fits = !primitive.topology.is_strip() || primitive.strip_index_format == Some(index.format);
@@ -225,7 +225,7 @@ fn vertex_buffer_problem(draw: &Draw<'_>) -> Option<DrawProblem> {
         if offset as u64 % VERTEX_ALIGNMENT != 0 {
             return Some(DrawProblem::VertexBufferOffset { slot, offset });
         }
-        let range = if layout.step_mode == VertexStepMode::Instance { &draw.instances } else { &draw.elements };
+        let range = if layout.step_mode == VertexStepMode::Instance { &draw.instances } else { &draw.vertices };
         if (layout.step_mode == VertexStepMode::Vertex && draw.index.is_some()) || range.is_empty() {
             return None; // Indices are bounds-checked as they are fetched.
         }

@@ -83,7 +83,7 @@ pub enum PipelineProblem {
     },
     /// A colour target is not possible.
     #[error("target {target}: {problem}")]
-    ColorTarget {
+    ColorAttachment {
         /// The target's number.
         target: usize,
         /// What is wrong.
@@ -169,7 +169,7 @@ fn target_problem(desc: &RenderPipelineDescriptor) -> Option<PipelineProblem> {
     }
     for (target, state) in desc.targets.iter().enumerate() {
         if let Some(problem) = state.as_ref().and_then(|state| color_target::problem(state, count)) {
-            return Some(PipelineProblem::ColorTarget { target, problem });
+            return Some(PipelineProblem::ColorAttachment { target, problem });
         }
     }
     let depth_stencil = desc.depth_stencil.as_ref();

@@ -22,10 +22,10 @@ const SHIFT_11: [u32; 3] = [0, 11, 22];
 
 /// All channels in one 32-bit number, if the format is so packed.
 fn packed(kind: ChannelKind, stored: &[f32; 4]) -> Option<u32> {
-    let joined = |of: &dyn Fn(usize) -> u32| (0..4).fold(0, |bits, channel| bits | of(channel) << SHIFT_10[channel]);
+    let merged = |of: &dyn Fn(usize) -> u32| (0..4).fold(0, |bits, channel| bits | of(channel) << SHIFT_10[channel]);
     match kind {
-        ChannelKind::Unorm10 => Some(joined(&|channel| unorm(stored[channel], kind.channel_bits(channel)))),
-        ChannelKind::Uint(10) => Some(joined(&|channel| uint(stored[channel], kind.channel_bits(channel)))),
+        ChannelKind::Unorm10 => Some(merged(&|channel| unorm(stored[channel], kind.channel_bits(channel)))),
+        ChannelKind::Uint(10) => Some(merged(&|channel| uint(stored[channel], kind.channel_bits(channel)))),
         ChannelKind::Ufloat11 => Some((0..3).fold(0, |bits, channel| {
             let code = f32_to_ufloat(stored[channel], fraction_bits(channel), F16Rounding::NearestEven);
             bits | u32::from(code) << SHIFT_11[channel]

@@ -254,7 +254,7 @@ pub trait FragmentShader: Send + Sync {
     const PER_PRIMITIVE: bool = false;
     /// The output depends on nothing that a primitive has as a whole, but its facing: neither on flat varyings nor on `primitive_id`. The pipeline
     /// may then shade a block once for all primitives that share it, which makes small triangles cheap.
-    const JOINS_PRIMITIVES: bool = false;
+    const MERGES_FRAGMENTS: bool = false;
     /// Shades the fragments of one call.
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>);
 }

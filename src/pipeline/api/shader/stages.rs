@@ -122,7 +122,7 @@ fn vertex_groups<L: Lanes, T: VertexShader>(token: L::Token, shader: &T, binding
 }
 
 /// Most primitives that one block is shaded for at once.
-const MOST_JOINED: usize = 8;
+const MOST_MERGED: usize = 8;
 
 /// One 4x4 block that awaits shading.
 #[derive(Clone, Copy, Debug, Default)]
@@ -136,8 +136,8 @@ pub struct ShadeItem {
     /// Covered pixels, bit = lane.
     pub mask: u16,
     /// Other primitives that share the block, each with its pixels.
-    others: [(u16, u32); MOST_JOINED - 1],
-    joined: u8,
+    others: [(u16, u32); MOST_MERGED - 1],
+    merged: u8,
 }
 
 impl ShadeItem {
@@ -149,20 +149,20 @@ impl ShadeItem {
 
     /// Takes other pixels of the same block in, if there is room.
     #[inline(always)]
-    pub(crate) fn join(&mut self, primitive: u32, mask: u16) -> bool {
-        let joins = self.mask & mask == 0 && usize::from(self.joined) < MOST_JOINED - 1;
-        if joins {
-            self.others[usize::from(self.joined)] = (mask, primitive);
-            self.joined += 1;
+    pub(crate) fn merge(&mut self, primitive: u32, mask: u16) -> bool {
+        let fits = self.mask & mask == 0 && usize::from(self.merged) < MOST_MERGED - 1;
+        if fits {
+            self.others[usize::from(self.merged)] = (mask, primitive);
+            self.merged += 1;
             self.mask |= mask;
         }
-        joins
+        fits
     }
 
     /// Primitives beyond the first, each with its pixels.
     #[inline(always)]
     fn others(&self) -> &[(u16, u32)] {
-        &self.others[..usize::from(self.joined)]
+        &self.others[..usize::from(self.merged)]
     }
 }
 
@@ -187,7 +187,7 @@ pub trait FragmentStage: Send + Sync {
     /// Whether the output is the same for all fragments of a primitive.
     fn per_primitive(&self) -> bool;
     /// Whether blocks are shaded once for all primitives that share them.
-    fn joins_primitives(&self) -> bool;
+    fn merges_fragments(&self) -> bool;
     /// Shades a batch.
     fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>);
     /// The colours of a primitive, if [`Self::per_primitive`].
@@ -198,8 +198,8 @@ impl<T: FragmentShader> FragmentStage for T {
     fn per_primitive(&self) -> bool {
         T::PER_PRIMITIVE
     }
-    fn joins_primitives(&self) -> bool {
-        T::JOINS_PRIMITIVES
+    fn merges_fragments(&self) -> bool {
+        T::MERGES_FRAGMENTS
     }
     fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>) {
         match execution.width {
@@ -232,13 +232,13 @@ fn fragment_blocks<S: Simd, T: FragmentShader>(simd: S, shader: &T, bindings: &B
         let z = <f32x16<S> as Lanes>::load(simd, &batch.z[i]);
         let (x, y) = (column + item.x as f32, row + item.y as f32);
         let own = Weighted::new(&batch.source.primitives[item.primitive as usize], x, y);
-        let mut others = [(all, own); MOST_JOINED - 1];
-        let joined = if T::JOINS_PRIMITIVES { item.others() } else { &[] };
-        for ((lanes, weighted), &(mask, primitive)) in others.iter_mut().zip(joined) {
+        let mut others = [(all, own); MOST_MERGED - 1];
+        let merged = if T::MERGES_FRAGMENTS { item.others() } else { &[] };
+        for ((lanes, weighted), &(mask, primitive)) in others.iter_mut().zip(merged) {
             *lanes = mask32x16::from_bitmask(simd, u64::from(mask));
             *weighted = Weighted::new(&batch.source.primitives[primitive as usize], x, y);
         }
-        let input = FragmentInput::new(simd, (item.x, item.y), (x, y, z), &batch.source, own, &others[..joined.len()]);
+        let input = FragmentInput::new(simd, (item.x, item.y), (x, y, z), &batch.source, own, &others[..merged.len()]);
         output.keep = all;
         shader.fragment(bindings, &input, &mut output);
         batch.keep[i] = if batch.may_discard { output.keep.bits() as u16 } else { u16::MAX };

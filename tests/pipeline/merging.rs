@@ -17,7 +17,7 @@ const SIZE: (u32, u32) = (150, 90);
 struct Everything<const JOINS: bool>;
 
 impl<const JOINS: bool> FragmentShader for Everything<JOINS> {
-    const JOINS_PRIMITIVES: bool = JOINS;
+    const MERGES_FRAGMENTS: bool = JOINS;
 
     #[inline(always)]
     fn fragment<L: Lanes>(&self, _bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
