@@ -16,7 +16,7 @@ pub struct ImageSize {
 
 /// One `--set KEY=VALUE`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Setting {
+pub struct SettingArgument {
     /// What to change: field names joined by dots.
     pub key: String,
     /// The new value, as a scene file would write it.
@@ -33,9 +33,9 @@ pub fn image_size(text: &str) -> Result<ImageSize, String> {
 }
 
 /// `KEY=VALUE`; only the first `=` separates.
-pub fn setting(text: &str) -> Result<Setting, String> {
+pub fn setting(text: &str) -> Result<SettingArgument, String> {
     match text.split_once('=').map(|(key, value)| (key.trim(), value.trim())) {
-        Some((key, value)) if !key.is_empty() && !value.is_empty() => Ok(Setting { key: key.to_owned(), value: value.to_owned() }),
+        Some((key, value)) if !key.is_empty() && !value.is_empty() => Ok(SettingArgument { key: key.to_owned(), value: value.to_owned() }),
         _ => Err("expected KEY=VALUE; `nephroid list settings` shows the keys".to_owned()),
     }
 }
@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn settings_split_at_the_first_equals_sign() {
-        let setting_of = |key: &str, value: &str| Ok(Setting { key: key.to_owned(), value: value.to_owned() });
+        let setting_of = |key: &str, value: &str| Ok(SettingArgument { key: key.to_owned(), value: value.to_owned() });
         assert_eq!(setting("water.ior=1.4"), setting_of("water.ior", "1.4"));
         assert_eq!(setting(" a = (b: \"c=d\") "), setting_of("a", "(b: \"c=d\")"));
         for text in ["", "=", "a", "a=", "=b", " = "] {

@@ -9,7 +9,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::caustics::Techniques;
-use crate::cli::args::{self, ImageSize, Setting};
+use crate::cli::args::{self, ImageSize, SettingArgument};
 use crate::cli::files::{self, Format, Output};
 use crate::cli::progress::Progress;
 use crate::cli::renderer::{self, Rendering, Request};
@@ -32,11 +32,11 @@ pub struct LowArgs {
 
     /// The published equation to the letter, or its energy-conserving form [default: the scene's]
     #[arg(long, value_name = "KIND")]
-    radiometry: Option<Radiometry>,
+    radiometry: Option<RadiometryArgument>,
 
     /// Change a value of the scene or a setting of the technique; may be repeated, the last one wins
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = args::setting)]
-    settings: Vec<Setting>,
+    settings: Vec<SettingArgument>,
 
     /// Image size in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = args::image_size)]
@@ -86,14 +86,14 @@ pub enum Backend {
 
 /// How light is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Radiometry {
+pub enum RadiometryArgument {
     /// The published equation, to the letter
     Paper,
     /// Conserved: no light is made or lost
     Physical,
 }
 
-impl Radiometry {
+impl RadiometryArgument {
     /// The value as `--set` takes it.
     pub fn name(self) -> &'static str {
         match self {

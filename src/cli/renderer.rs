@@ -7,11 +7,11 @@ use anyhow::Context as _;
 use serde::Serialize;
 
 use crate::caustics::{RenderOptions, Renderer, Technique, Techniques};
-use crate::cli::args::{ImageSize, Setting};
+use crate::cli::args::{ImageSize, SettingArgument};
 use crate::cli::drivers;
-use crate::cli::render::Radiometry;
+use crate::cli::render::RadiometryArgument;
 use crate::image::{LayerSet, ToneMap};
-use crate::scene::{Scene, Setting as SceneSetting};
+use crate::scene::{Scene, Setting};
 
 /// What to render, all flags resolved.
 #[derive(Clone, Debug)]
@@ -23,13 +23,13 @@ pub struct Request {
     /// Name of the technique, one of [`Self::techniques`]; `None` for the first.
     pub technique: Option<String>,
     /// Overrides the scene's choice.
-    pub radiometry: Option<Radiometry>,
+    pub radiometry: Option<RadiometryArgument>,
     /// Overrides the scene's image size.
     pub size: Option<ImageSize>,
     /// Overrides the scene's time, in seconds.
     pub time_s: Option<f32>,
     /// Further overrides, applied last and in order.
-    pub settings: Vec<Setting>,
+    pub settings: Vec<SettingArgument>,
     /// Names of the layers to return; `None` for all.
     pub layers: Option<Vec<String>>,
     /// Memory that the frame may take.
@@ -86,7 +86,7 @@ pub fn technique_lines(techniques: Techniques) -> Vec<TechniqueLine> {
 
 /// What `list settings` shows: all keys that `--set` knows, in the order of their tables.
 pub fn setting_lines(techniques: Techniques) -> Vec<SettingLine> {
-    let line = |setting: SceneSetting| SettingLine {
+    let line = |setting: Setting| SettingLine {
         key: setting.key,
         default: setting.default,
         unit: setting.unit,
@@ -98,30 +98,30 @@ pub fn setting_lines(techniques: Techniques) -> Vec<SettingLine> {
 
 /// A scene that is ready to be rendered.
 #[derive(Debug)]
-pub struct Prepared {
+pub struct PreparedScene {
     technique: &'static str,
     scene: Scene,
 }
 
 /// Finds the technique, loads the scene and applies the overrides: flags first, then `--set` in the order given, so that the last word wins.
-pub fn prepare(request: &Request) -> anyhow::Result<Prepared> {
+pub fn prepare(request: &Request) -> anyhow::Result<PreparedScene> {
     let technique = match &request.technique {
         Some(name) => request.techniques.find(name)?.name(),
         None => request.techniques.first().context("no technique is built in")?.name(),
     };
     let radiometry = request.radiometry.map(|radiometry| (technique, radiometry));
     let scene = load(request.techniques, &request.scene, radiometry, request.size, request.time_s, &request.settings)?;
-    Ok(Prepared { technique, scene })
+    Ok(PreparedScene { technique, scene })
 }
 
 /// Loads a scene and applies overrides in this order.
 pub fn load(
     techniques: Techniques,
     path: &Path,
-    radiometry: Option<(&str, Radiometry)>,
+    radiometry: Option<(&str, RadiometryArgument)>,
     size: Option<ImageSize>,
     time_s: Option<f32>,
-    settings: &[Setting],
+    settings: &[SettingArgument],
 ) -> anyhow::Result<Scene> {
     let mut scene = techniques.load(path)?;
     if let Some((technique, radiometry)) = radiometry {
@@ -134,15 +134,15 @@ pub fn load(
     if let Some(time_s) = time_s {
         scene.set("time_s", &time_s.to_string()).context("cannot apply --time")?;
     }
-    for Setting { key, value } in settings {
+    for SettingArgument { key, value } in settings {
         scene.set(key, value).context("cannot apply --set")?;
     }
     Ok(scene)
 }
 
 /// Renders, with as many threads as the current rayon pool has; on a driver if one is asked for, by name or any.
-pub fn render(request: &Request, prepared: &Prepared, driver: Option<Option<&str>>) -> anyhow::Result<Rendering> {
-    let Prepared { technique, scene } = prepared;
+pub fn render(request: &Request, prepared: &PreparedScene, driver: Option<Option<&str>>) -> anyhow::Result<Rendering> {
+    let PreparedScene { technique, scene } = prepared;
     let mut options = RenderOptions {
         technique: (*technique).to_owned(),
         techniques: request.techniques,

@@ -9,7 +9,7 @@ use anyhow::Context as _;
 use serde::Serialize;
 
 use crate::caustics::Techniques;
-use crate::cli::args::{self, ImageSize, Setting};
+use crate::cli::args::{self, ImageSize, SettingArgument};
 use crate::cli::files::{self, Format, Output};
 use crate::cli::progress::Progress;
 use crate::cli::{Outcome, interrupt, output, renderer};
@@ -54,7 +54,7 @@ pub struct LowArgs {
 
     /// Change a value of the scene; may be repeated, the last one wins
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = args::setting)]
-    settings: Vec<Setting>,
+    settings: Vec<SettingArgument>,
 
     /// Image size in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = args::image_size)]

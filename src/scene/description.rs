@@ -10,10 +10,10 @@ use super::environment::Environment;
 use super::light::{Light, MAX_LIGHTS};
 use super::medium::Medium;
 use super::object::Object;
+use super::scene_file::SceneFile;
 use super::settings::TechniqueSettings;
 use super::smoke::Smoke;
-use super::source::Source;
-use super::tone::Tone;
+use super::tone::ToneSettings;
 use super::trace::TraceSettings;
 use super::water::Water;
 
@@ -62,7 +62,7 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// Exposure and tone curve. Default: all its defaults
     #[serde(default)]
-    pub tone: Tone,
+    pub tone: ToneSettings,
     /// The moment shown, s since the water was started, from 0 to 86400. Default: 0
     #[serde(default)]
     pub time_s: f32,
@@ -75,7 +75,7 @@ pub struct Scene {
     pub trace: TraceSettings,
     /// Where the scene was read from; not part of the file. Default: nowhere
     #[serde(skip)]
-    pub source: Source,
+    pub source: SceneFile,
 }
 
 /// Size of the picture.

@@ -25,10 +25,10 @@ mod names;
 mod object;
 mod pattern;
 mod reach;
+mod scene_file;
 mod settings;
 mod shape;
 mod smoke;
-mod source;
 pub mod text;
 mod tone;
 mod trace;
@@ -47,11 +47,11 @@ pub use mesh::ObjectError;
 pub use names::nearest;
 pub use object::{Object, Transform};
 pub use pattern::PatternUniform;
+pub use scene_file::SceneFile;
 pub use settings::{
     Allowed, Bounded, Choice, EyeRefraction, Field, Group, Limits, MAX_GRID, Plain, Radiometry, Row, Settings, TechniqueSettings, limits,
 };
 pub use shape::{MESH_EXTENSIONS, Shape};
 pub use smoke::{Density, DensityGrid, MAX_SMOKE_CELLS, Smoke};
-pub use source::Source;
-pub use tone::Tone;
+pub use tone::ToneSettings;
 pub use trace::{MAX_PLANE_TEXELS, MeasuringPlane, TraceSettings};

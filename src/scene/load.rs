@@ -13,8 +13,8 @@ use std::path::Path as FilePath;
 
 use super::description::Scene;
 use super::names::nearest;
+use super::scene_file::SceneFile;
 use super::settings::{Settings, TechniqueSettings};
-use super::source::Source;
 use super::text::read::{Misfit, Problem, read, read_with};
 use super::text::tree::Tree;
 use super::text::{Path, Position, Step, excerpt};
@@ -154,7 +154,7 @@ pub fn parse(text: &str, file: &str, base_dir: &FilePath, techniques: &[&'static
     if steps == 1 {
         read_with(&tree, extensions, node, |value| scene.techniques.read(value)).map_err(|misfit| scene_error(&tree, misfit, file))?;
     }
-    scene.source = Source::new(file, base_dir, text);
+    scene.source = SceneFile::new(file, base_dir, text);
     scene.validate().map_err(|invalid| scene.source.value_error(invalid))?;
     Ok(scene)
 }

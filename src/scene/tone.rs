@@ -9,7 +9,7 @@ use super::check::{At, Invalid};
 /// Linear below the shoulder, extended Reinhard above it, highlights drawn towards white.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Tone {
+pub struct ToneSettings {
     /// Exposure in stops: radiance is multiplied by 2^exposure_ev. From −40 to 40. A white wall in full sun has about 300 W/(m² sr), so
     /// that daylight wants about −8. Default: -8
     pub exposure_ev: f32,
@@ -21,13 +21,13 @@ pub struct Tone {
     pub desaturation: f32,
 }
 
-impl Default for Tone {
+impl Default for ToneSettings {
     fn default() -> Self {
         Self { exposure_ev: -8.0, shoulder: 0.3, white: 16.0, desaturation: 0.15 }
     }
 }
 
-impl Tone {
+impl ToneSettings {
     /// The factor 2^exposure_ev.
     #[must_use]
     pub fn exposure(&self) -> f32 {
@@ -48,7 +48,7 @@ mod tests {
 
     #[test]
     fn exposure_counts_in_stops() {
-        assert_eq!(Tone { exposure_ev: 3.0, ..Tone::default() }.exposure(), 8.0);
-        assert_eq!(Tone { exposure_ev: -1.0, ..Tone::default() }.exposure(), 0.5);
+        assert_eq!(ToneSettings { exposure_ev: 3.0, ..ToneSettings::default() }.exposure(), 8.0);
+        assert_eq!(ToneSettings { exposure_ev: -1.0, ..ToneSettings::default() }.exposure(), 0.5);
     }
 }

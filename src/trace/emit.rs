@@ -38,7 +38,7 @@ pub(super) struct Start {
 
 /// All lights of a scene as one line of flux.
 pub(super) struct Emitter {
-    lights: Vec<Source>,
+    lights: Vec<LightEmission>,
     cells: Vec<Cell>,
     /// Where each cell starts on the line, in W summed over RGB; one more entry for the end.
     starts: Vec<f64>,
@@ -46,7 +46,7 @@ pub(super) struct Emitter {
     inverse_lengths: Vec<f64>,
 }
 
-struct Source {
+struct LightEmission {
     domain: Domain,
     /// Mean over each row of cells of the share of the intensity that goes its way.
     falloffs: Vec<f64>,
@@ -124,7 +124,7 @@ impl Emitter {
                 self.inverse_lengths.push(1.0 / (end - start));
             }
         }
-        self.lights.push(Source { domain, falloffs, strength });
+        self.lights.push(LightEmission { domain, falloffs, strength });
     }
 
     /// Starts of photons `first..first + out.len()` of a batch of `count`, whose random numbers `seed` and `batch` choose.

@@ -65,17 +65,17 @@ impl Technique for CausticVolumesTechnique {
     fn prepare(&self, scene: &Scene) -> Result<Box<dyn Builder>, RenderError> {
         let settings = scene.techniques.get::<CausticVolumes>();
         let receivers = Receivers::new(scene, cut_level(scene, settings.eye_refraction))?;
-        Ok(Box::new(Source { receivers, water: scene.water.as_ref().map(|w| w.simulator()) }))
+        Ok(Box::new(CausticVolumesBuilder { receivers, water: scene.water.as_ref().map(|w| w.simulator()) }))
     }
 }
 
 /// State kept between frames: the receivers and the simulation of the water.
-struct Source {
+struct CausticVolumesBuilder {
     receivers: Receivers,
     water: Option<WaterSim>,
 }
 
-impl Builder for Source {
+impl Builder for CausticVolumesBuilder {
     fn frame(&mut self, scene: &Scene, _device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
         let settings = scene.techniques.get::<CausticVolumes>();
         let field = self.water.as_mut().zip(scene.water.as_ref()).map(|(sim, water)| {

@@ -7,7 +7,7 @@
 //!
 //! | File | What |
 //! |---|---|
-//! | `source` | builds frames: the order of all that follows |
+//! | `builder` | builds frames: the order of all that follows |
 //! | `generators`, `specular` | beams of the water, of mirrors and glass |
 //! | `slices` | slicing planes and dummy vertices |
 //! | `boxes`, `columns` | receivers that beams are clamped to |
@@ -28,6 +28,7 @@
 //! - E9 a shadow's edge is interpolated over one cell of the mesh.
 
 pub mod boxes;
+mod builder;
 pub mod columns;
 mod counters;
 pub mod cull;
@@ -40,7 +41,6 @@ mod settings;
 pub mod shaders;
 pub mod shadow;
 pub mod slices;
-mod source;
 pub mod specular;
 
 pub use error::LightVolumesError;
@@ -51,9 +51,9 @@ use nephroid_scene::{Group, Material, Scene, Settings, Shape};
 
 use super::{Builder, Feature, Layout, RenderError, Technique};
 use crate::layout;
+use builder::LightVolumesBuilder;
 use shaders::{BeamsUniform, RelightUniform};
 use slices::SliceVertex;
-use source::Source;
 
 /// Most beams of a light: each takes 256 bytes of uniforms and at least two draws. A mesh of 1025x1025 vertices makes as many.
 pub const MAX_BEAMS: u64 = 1 << 21;
@@ -102,6 +102,6 @@ impl Technique for LightVolumesTechnique {
         }
     }
     fn prepare(&self, scene: &Scene) -> Result<Box<dyn Builder>, RenderError> {
-        Ok(Box::new(Source::new(scene, scene.techniques.get::<LightVolumes>())?))
+        Ok(Box::new(LightVolumesBuilder::new(scene, scene.techniques.get::<LightVolumes>())?))
     }
 }

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use anyhow::{bail, ensure};
 
 use crate::caustics::Techniques;
-use crate::cli::args::{self, ImageSize, Setting};
+use crate::cli::args::{self, ImageSize, SettingArgument};
 use crate::cli::{Outcome, interrupt, output};
 use crate::report::{MEASURES, Measure, measure};
 
@@ -40,7 +40,7 @@ pub struct LowArgs {
 
     /// With a scene: change a value of it; may be repeated, the last one wins
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = args::setting)]
-    settings: Vec<Setting>,
+    settings: Vec<SettingArgument>,
 
     /// With a scene: image size in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = args::image_size)]

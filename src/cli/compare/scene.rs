@@ -11,7 +11,7 @@ use glam::Vec3;
 use super::pictures;
 use super::table::{Column, Results};
 use crate::caustics::{RenderOptions, Renderer, Techniques};
-use crate::cli::args::{ImageSize, Setting};
+use crate::cli::args::{ImageSize, SettingArgument};
 use crate::cli::progress::Progress;
 use crate::cli::{files, renderer};
 use crate::image::LayerSet;
@@ -44,7 +44,7 @@ pub struct Request {
     /// Overrides of the scene.
     pub time_s: Option<f32>,
     /// Overrides of the scene.
-    pub settings: Vec<Setting>,
+    pub settings: Vec<SettingArgument>,
 }
 
 /// The truth at the points of one technique's picture.

@@ -9,7 +9,7 @@ use anyhow::ensure;
 use clap::ValueEnum;
 
 use crate::caustics::Techniques;
-use crate::cli::args::{self, ImageSize, Setting};
+use crate::cli::args::{self, ImageSize, SettingArgument};
 
 /// The arguments as typed.
 #[derive(Debug, clap::Args)]
@@ -43,7 +43,7 @@ pub struct LowArgs {
 
     /// Change a value of the scenes or a setting of the techniques; may be repeated, the last one wins
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = args::setting)]
-    settings: Vec<Setting>,
+    settings: Vec<SettingArgument>,
 
     /// Folder for a picture of each attachment that is beyond its bound: expected, actual, difference [default: none is written]
     #[arg(short, long = "output", value_name = "FOLDER")]
@@ -84,7 +84,7 @@ pub struct HiArgs {
     /// Overrides the scenes' image size.
     pub size: Option<ImageSize>,
     /// Further overrides.
-    pub settings: Vec<Setting>,
+    pub settings: Vec<SettingArgument>,
     /// Where pictures go.
     pub output: Option<PathBuf>,
     /// JSON instead of a table.

@@ -25,7 +25,7 @@ const SIZE: (u32, u32) = (1024, 768);
 type Rates = [f64; 3];
 
 /// A view of the paper, and the scene that stands for it.
-struct View {
+struct PaperView {
     scene: &'static str,
     figure: &'static str,
     /// Share of the beams in view that the paper gives, %.
@@ -36,29 +36,29 @@ struct View {
     frames: [Rates; 4],
 }
 
-const VIEWS: [View; 4] = [
-    View {
+const VIEWS: [PaperView; 4] = [
+    PaperView {
         scene: "bath.ron",
         figure: "figure 1, left",
         in_view: 50,
         culling: [[17.6, 10.44, 6.87], [28.75, 18.74, 12.74]],
         frames: [[6.51, 4.57, 3.33], [6.85, 4.89, 3.58], [7.33, 5.40, 4.00], [5.58, 4.26, 3.27]],
     },
-    View {
+    PaperView {
         scene: "jetty.ron",
         figure: "figure 1, centre",
         in_view: 35,
         culling: [[23.00, 13.83, 9.10], [31.4, 20.73, 14.14]],
         frames: [[10.75, 7.15, 4.98], [11.98, 7.98, 5.17], [13.34, 9.32, 6.05], [11.48, 8.51, 5.81]],
     },
-    View {
+    PaperView {
         scene: "courtyard.ron",
         figure: "figure 1, right",
         in_view: 100,
         culling: [[13.05, 7.67, 5.01], [27.70, 18.01, 12.19]],
         frames: [[5.51, 3.31, 2.19], [5.86, 3.50, 2.25], [6.55, 4.07, 2.59], [6.34, 4.00, 2.54]],
     },
-    View {
+    PaperView {
         scene: "lido.ron",
         figure: "figure 3",
         in_view: 25,

@@ -7,7 +7,7 @@ use super::drawings::{
     Colors, Factors, Grid, Integers, blending, clipping, closed_meshes, counted, coverage, depth, depth_bias, integers, interpolated,
     lines, points, rounding, stencil_counts, stencil_states,
 };
-use super::primitives::{Crossing, Shape, Source};
+use super::primitives::{Crossing, RandomNumbers, Shape};
 use crate::Family;
 use nephroid_pipeline::shader::Interpolation;
 use nephroid_pipeline::state::TextureFormat;
@@ -50,7 +50,7 @@ pub struct Case {
     /// Drawings of a full run.
     pub drawings: u32,
     /// Makes the drawing of a number.
-    pub draw: fn(&mut Source, u32) -> Drawing,
+    pub draw: fn(&mut RandomNumbers, u32) -> Drawing,
     /// What lavapipe is expected to do.
     pub lavapipe: Expectation,
     /// What SwiftShader is expected to do.
@@ -61,7 +61,7 @@ pub struct Case {
 /// by w in f32, each in its own order, and may use approximate reciprocals; lavapipe's planes start at the target's origin.
 pub const WELL_SHAPED: Expectation = Expectation::Within(2.0e-4, "WELL_SHAPED");
 
-const fn case(name: &'static str, what: &'static str, drawings: u32, draw: fn(&mut Source, u32) -> Drawing) -> Case {
+const fn case(name: &'static str, what: &'static str, drawings: u32, draw: fn(&mut RandomNumbers, u32) -> Drawing) -> Case {
     let exact = Expectation::Exact;
     Case { name, what, kind: Kind::Triangles, drawings, draw, lavapipe: exact, swiftshader: exact }
 }
@@ -105,7 +105,7 @@ impl Case {
     pub fn drawing(&self, seed: u32, index: u32) -> Drawing {
         // A case keeps its primitives wherever it stands in the table.
         let named = self.name.bytes().fold(seed ^ 0x811c_9dc5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
-        (self.draw)(&mut Source::new(named, index), index)
+        (self.draw)(&mut RandomNumbers::new(named, index), index)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The drawings of the cases: which primitives, in which state, into which targets.
 
 use super::drawing::Drawing;
-use super::primitives::{Crossing, MOST_ADDED, Shape, Source, any_w, corners, crossing, push_flat, push_weighted, to_clip};
+use super::primitives::{Crossing, MOST_ADDED, RandomNumbers, Shape, any_w, corners, crossing, push_flat, push_weighted, to_clip};
 use super::program::Vertex;
 use nephroid_pipeline::shader::Interpolation;
 use nephroid_pipeline::state::{
@@ -25,7 +25,7 @@ fn is_at_one(index: u32) -> bool {
 }
 
 /// Triangles of a shape in clip space, one after the other.
-fn triangles(shape: Shape, source: &mut Source, index: u32, count: u32) -> Vec<[[f32; 4]; 3]> {
+fn triangles(shape: Shape, source: &mut RandomNumbers, index: u32, count: u32) -> Vec<[[f32; 4]; 3]> {
     let size = size_of(index);
     let mut list = Vec::new();
     while list.len() < count as usize {
@@ -58,12 +58,12 @@ fn count_of(shape: Shape, index: u32) -> u32 {
 }
 
 /// Coverage: every triangle adds its own weight.
-pub(super) fn coverage(shape: Shape, source: &mut Source, index: u32) -> Drawing {
+pub(super) fn coverage(shape: Shape, source: &mut RandomNumbers, index: u32) -> Drawing {
     let list = triangles(shape, source, index, count_of(shape, index));
     weighted(size_of(index), source, &list)
 }
 
-fn weighted(size: (u32, u32), source: &mut Source, list: &[[[f32; 4]; 3]]) -> Drawing {
+fn weighted(size: (u32, u32), source: &mut RandomNumbers, list: &[[[f32; 4]; 3]]) -> Drawing {
     let mut vertices = Vec::with_capacity(list.len() * 3);
     for triangle in list {
         push_weighted(&mut vertices, source, triangle);
@@ -72,7 +72,7 @@ fn weighted(size: (u32, u32), source: &mut Source, list: &[[[f32; 4]; 3]]) -> Dr
 }
 
 /// Coverage of clipped triangles.
-pub(super) fn clipping(kind: Crossing, source: &mut Source, index: u32) -> Drawing {
+pub(super) fn clipping(kind: Crossing, source: &mut RandomNumbers, index: u32) -> Drawing {
     let size = size_of(index);
     let count = if size.0 > 512 { ON_A_SCREEN / 2 } else { MOST_ADDED };
     let list: Vec<_> = (0..count).map(|_| crossing(kind, source)).collect();
@@ -91,7 +91,7 @@ fn less(format: TextureFormat) -> DepthStencilState {
 }
 
 /// What every other drawing of depth has: triangles of all sizes inside the frustum, or crossing its sides, near and far plane.
-fn depth_triangles(source: &mut Source, index: u32) -> Vec<[[f32; 4]; 3]> {
+fn depth_triangles(source: &mut RandomNumbers, index: u32) -> Vec<[[f32; 4]; 3]> {
     let count = if size_of(index).0 > 512 { ON_A_SCREEN } else { 1000 };
     let shape = [Shape::Uniform, Shape::Small(8.0), Shape::Sliver, Shape::Small(32.0)][index as usize / SIZES.len() % 4];
     let mut list = triangles(shape, source, index, count / 2);
@@ -101,14 +101,14 @@ fn depth_triangles(source: &mut Source, index: u32) -> Vec<[[f32; 4]; 3]> {
 }
 
 /// The nearest triangle wins; its number is the colour.
-pub(super) fn depth(format: TextureFormat, source: &mut Source, index: u32) -> Drawing {
+pub(super) fn depth(format: TextureFormat, source: &mut RandomNumbers, index: u32) -> Drawing {
     let list = depth_triangles(source, index);
     let drawing = weighted(size_of(index), source, &list);
     Drawing { depth_stencil: Some(less(format)), color: Some((TextureFormat::R32Float, None)), ..drawing }
 }
 
 /// Depth alone, biased: constant, slope and clamp in turn.
-pub(super) fn depth_bias(format: TextureFormat, source: &mut Source, index: u32) -> Drawing {
+pub(super) fn depth_bias(format: TextureFormat, source: &mut RandomNumbers, index: u32) -> Drawing {
     let size = size_of(index);
     // Slopes of slivers have no bound, and every bias of theirs is clamped.
     let count = if size.0 > 512 { ON_A_SCREEN } else { 1000 };
@@ -155,7 +155,7 @@ fn counting(format: TextureFormat, front: StencilOperation, back: StencilOperati
 }
 
 /// Layers are counted past 255: front faces one way, back faces the other, or both the same way.
-pub(super) fn stencil_counts(source: &mut Source, index: u32) -> Drawing {
+pub(super) fn stencil_counts(source: &mut RandomNumbers, index: u32) -> Drawing {
     use StencilOperation::{DecrementClamp, DecrementWrap, IncrementClamp, IncrementWrap, Keep};
     let size = size_of(index);
     let count = if size.0 > 512 { ON_A_SCREEN } else { MOST_ADDED };
@@ -175,7 +175,7 @@ pub(super) fn stencil_counts(source: &mut Source, index: u32) -> Drawing {
 }
 
 /// Tetrahedra, each closed: front faces in and back faces out leave nothing behind.
-pub(super) fn closed_meshes(source: &mut Source, index: u32) -> Drawing {
+pub(super) fn closed_meshes(source: &mut RandomNumbers, index: u32) -> Drawing {
     let size = size_of(index);
     let count = if size.0 > 512 { ON_A_SCREEN } else { MOST_ADDED } / 4;
     let mut list = Vec::new();
@@ -197,9 +197,9 @@ pub(super) fn closed_meshes(source: &mut Source, index: u32) -> Drawing {
 }
 
 /// Every comparison, operation and mask at random, with a depth test beside it.
-pub(super) fn stencil_states(source: &mut Source, index: u32) -> Drawing {
+pub(super) fn stencil_states(source: &mut RandomNumbers, index: u32) -> Drawing {
     let list = depth_triangles(source, index);
-    let face = |s: &mut Source| StencilFaceState {
+    let face = |s: &mut RandomNumbers| StencilFaceState {
         compare: s.choice(&COMPARISONS),
         fail_op: s.choice(&OPERATIONS),
         depth_fail_op: s.choice(&OPERATIONS),
@@ -250,7 +250,7 @@ pub(super) enum Factors {
     One,
 }
 
-fn any_blend(factors: Factors, source: &mut Source) -> BlendComponent {
+fn any_blend(factors: Factors, source: &mut RandomNumbers) -> BlendComponent {
     let operation = source.choice(&BLENDS);
     if matches!(operation, BlendOperation::Min | BlendOperation::Max) {
         return BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation };
@@ -279,24 +279,24 @@ const CELL: u32 = 20;
 const LAYERS: u32 = 3;
 
 /// All factors and operations at random; few layers over each pixel.
-pub(super) fn blending(format: TextureFormat, colors: Colors, factors: Factors, source: &mut Source, index: u32) -> Drawing {
+pub(super) fn blending(format: TextureFormat, colors: Colors, factors: Factors, source: &mut RandomNumbers, index: u32) -> Drawing {
     let blend = BlendState { color: any_blend(factors, source), alpha: any_blend(factors, source) };
     blended(format, colors, Some(blend), source, index)
 }
 
 /// No blending, or plain addition: how a format rounds.
-pub(super) fn rounding(format: TextureFormat, colors: Colors, add: bool, source: &mut Source, index: u32) -> Drawing {
+pub(super) fn rounding(format: TextureFormat, colors: Colors, add: bool, source: &mut RandomNumbers, index: u32) -> Drawing {
     blended(format, colors, add.then_some(ADDITIVE), source, index)
 }
 
-fn blended(format: TextureFormat, colors: Colors, blend: Option<BlendState>, source: &mut Source, index: u32) -> Drawing {
+fn blended(format: TextureFormat, colors: Colors, blend: Option<BlendState>, source: &mut RandomNumbers, index: u32) -> Drawing {
     let size = blending_size(index);
-    let number = |s: &mut Source| match colors {
+    let number = |s: &mut RandomNumbers| match colors {
         Colors::Quarters => s.whole(5) as f32 * 0.25,
         Colors::Any => s.between(-1.0, 2.0),
         Colors::Bytes => s.whole(256) as f32 / 255.0,
     };
-    let color = |s: &mut Source| [number(s), number(s), number(s), number(s)];
+    let color = |s: &mut RandomNumbers| [number(s), number(s), number(s), number(s)];
     let vertices = in_cells(size, source, color);
     let [r, g, b, a] = color(source).map(f64::from);
     Drawing { color: Some((format, blend)), clear: Color { r, g, b, a }, blend_constant: color(source), ..Drawing::adding(size, vertices) }
@@ -307,7 +307,7 @@ fn blending_size(index: u32) -> (u32, u32) {
 }
 
 /// Three triangles to a cell, each of one colour: squares of squares stay far from overflow and from denormal numbers.
-fn in_cells(size: (u32, u32), source: &mut Source, color: impl Fn(&mut Source) -> [f32; 4]) -> Vec<Vertex> {
+fn in_cells(size: (u32, u32), source: &mut RandomNumbers, color: impl Fn(&mut RandomNumbers) -> [f32; 4]) -> Vec<Vertex> {
     let mut vertices = Vec::new();
     let cells = (size.0 / CELL, size.1 / CELL);
     for number in 0..LAYERS * cells.0 * cells.1 {
@@ -329,13 +329,13 @@ pub(super) enum Integers {
 }
 
 /// Integer targets of all formats in turn. Colours are bit patterns.
-pub(super) fn integers(which: Integers, source: &mut Source, index: u32) -> Drawing {
+pub(super) fn integers(which: Integers, source: &mut RandomNumbers, index: u32) -> Drawing {
     let size = blending_size(index);
     let targets = FORMATS.into_iter().filter_map(|format| Some((format, format_info(format)?.kind)));
     let wide = |kind: ChannelKind| kind.channel_bits(0) == 32;
     let targets: Vec<_> = targets.filter(|(_, kind)| kind.is_integer() && (which == Integers::InRange || !wide(*kind))).collect();
     let (format, kind) = targets[index as usize % targets.len()];
-    let number = |s: &mut Source, channel: usize| {
+    let number = |s: &mut RandomNumbers, channel: usize| {
         let bits = if which == Integers::InRange { kind.channel_bits(channel) } else { 32 };
         let (low, high) = match kind {
             ChannelKind::Sint(_) => (-1i64 << (bits - 1), (1i64 << (bits - 1)) - 1),
@@ -356,7 +356,7 @@ pub(super) fn integers(which: Integers, source: &mut Source, index: u32) -> Draw
 }
 
 /// Well-shaped triangles with attributes in 1..2, one to a cell of 32 or 128 pixels.
-pub(super) fn interpolated(interpolation: Interpolation, varied: bool, source: &mut Source, index: u32) -> Drawing {
+pub(super) fn interpolated(interpolation: Interpolation, varied: bool, source: &mut RandomNumbers, index: u32) -> Drawing {
     let cell = if index.is_multiple_of(2) { 128.0 } else { 32.0 };
     let size = (512, 512);
     let mut vertices = Vec::new();
@@ -391,7 +391,7 @@ pub(super) enum Grid {
     Centres,
 }
 
-fn place(grid: Grid, source: &mut Source, size: (u32, u32)) -> [f32; 2] {
+fn place(grid: Grid, source: &mut RandomNumbers, size: (u32, u32)) -> [f32; 2] {
     let full = [size.0 as f32, size.1 as f32];
     full.map(|extent| match grid {
         Grid::Free => source.unit() * extent,
@@ -403,7 +403,7 @@ fn place(grid: Grid, source: &mut Source, size: (u32, u32)) -> [f32; 2] {
 }
 
 /// Points, each with its weight; larger than a pixel they are squares.
-pub(super) fn points(grid: Grid, edge: f32, source: &mut Source, index: u32) -> Drawing {
+pub(super) fn points(grid: Grid, edge: f32, source: &mut RandomNumbers, index: u32) -> Drawing {
     let size = size_of(index);
     let mut vertices = Vec::new();
     for _ in 0..1000 {
@@ -414,14 +414,14 @@ pub(super) fn points(grid: Grid, edge: f32, source: &mut Source, index: u32) -> 
 }
 
 /// Lines, each with its weight. `aligned`: along rows or columns.
-pub(super) fn lines(grid: Grid, aligned: bool, width: f32, source: &mut Source, index: u32) -> Drawing {
+pub(super) fn lines(grid: Grid, aligned: bool, width: f32, source: &mut RandomNumbers, index: u32) -> Drawing {
     let size = size_of(index);
     let mut vertices = Vec::new();
     for _ in 0..500 {
         // Unless they are to be clipped, lines keep their rectangles inside the target.
         let margin = if grid == Grid::Around { 0.0 } else { (width * 0.5).ceil() + 1.0 };
         let within = (size.0 - 2 * margin as u32, size.1 - 2 * margin as u32);
-        let inside = |s: &mut Source| place(grid, s, within).map(|v| v + margin);
+        let inside = |s: &mut RandomNumbers| place(grid, s, within).map(|v| v + margin);
         let (a, mut b) = (inside(source), inside(source));
         if aligned {
             let along = source.whole(2) as usize;
@@ -433,6 +433,6 @@ pub(super) fn lines(grid: Grid, aligned: bool, width: f32, source: &mut Source, 
 }
 
 /// Fragments that pass a depth test are counted.
-pub(super) fn counted(source: &mut Source, index: u32) -> Drawing {
+pub(super) fn counted(source: &mut RandomNumbers, index: u32) -> Drawing {
     Drawing { query: true, ..depth(TextureFormat::Depth32Float, source, index) }
 }

@@ -7,13 +7,13 @@ use nephroid_math::rng::{rng, unit_from_bits};
 
 /// Random numbers of one drawing.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct RandomNumbers {
     seed: u32,
     stream: u32,
     index: u32,
 }
 
-impl Source {
+impl RandomNumbers {
     /// The numbers of a drawing of a case.
     #[must_use]
     pub fn new(seed: u32, drawing: u32) -> Self {
@@ -65,11 +65,11 @@ pub enum Shape {
 }
 
 /// Corners of triangles of a shape, in pixels: one triangle, or eight for a fan.
-pub fn corners(shape: Shape, source: &mut Source, size: (u32, u32)) -> Vec<[[f32; 2]; 3]> {
+pub fn corners(shape: Shape, source: &mut RandomNumbers, size: (u32, u32)) -> Vec<[[f32; 2]; 3]> {
     let (width, height) = (size.0 as f32, size.1 as f32);
-    let anywhere = |s: &mut Source| [s.unit() * width, s.unit() * height];
-    let grid = |s: &mut Source, steps: f32, offset: f32| anywhere(s).map(|v| ((v * steps).floor() + offset) / steps);
-    let three = |s: &mut Source, f: &dyn Fn(&mut Source) -> [f32; 2]| vec![[f(s), f(s), f(s)]];
+    let anywhere = |s: &mut RandomNumbers| [s.unit() * width, s.unit() * height];
+    let grid = |s: &mut RandomNumbers, steps: f32, offset: f32| anywhere(s).map(|v| ((v * steps).floor() + offset) / steps);
+    let three = |s: &mut RandomNumbers, f: &dyn Fn(&mut RandomNumbers) -> [f32; 2]| vec![[f(s), f(s), f(s)]];
     match shape {
         Shape::Uniform => three(source, &anywhere),
         Shape::HalfPixelGrid => three(source, &|s| grid(s, 2.0, 0.0)),
@@ -94,7 +94,7 @@ pub fn corners(shape: Shape, source: &mut Source, size: (u32, u32)) -> Vec<[[f32
             vec![[a, b, c]]
         }
         Shape::AxisAligned => {
-            let centre = |s: &mut Source| anywhere(s).map(|v| v.floor() + 0.5);
+            let centre = |s: &mut RandomNumbers| anywhere(s).map(|v| v.floor() + 0.5);
             let (a, b) = (centre(source), centre(source));
             vec![if source.unit() < 0.5 { [a, b, [a[0], b[1]]] } else { [a, [b[0], a[1]], b] }]
         }
@@ -123,7 +123,7 @@ pub enum Crossing {
 }
 
 /// Clip positions of a triangle that crosses planes of the frustum.
-pub fn crossing(kind: Crossing, source: &mut Source) -> [[f32; 4]; 3] {
+pub fn crossing(kind: Crossing, source: &mut RandomNumbers) -> [[f32; 4]; 3] {
     std::array::from_fn(|_| match kind {
         Crossing::Sides(reach) => {
             let xy = [source.between(-reach, reach), source.between(-reach, reach)];
@@ -149,7 +149,7 @@ pub fn to_clip(size: (u32, u32), [x, y]: [f32; 2], depth: f32, w: f32) -> [f32; 
 }
 
 /// A w of any magnitude from e⁻³ to e⁵.
-pub fn any_w(source: &mut Source) -> f32 {
+pub fn any_w(source: &mut RandomNumbers) -> f32 {
     libm::expf(source.between(-3.0, 5.0))
 }
 
@@ -159,7 +159,7 @@ pub const GREATEST_WEIGHT: u32 = 8192;
 pub const MOST_ADDED: u32 = 2000;
 
 /// Appends a primitive with a random weight, from 1 to [`GREATEST_WEIGHT`], for its colour.
-pub fn push_weighted(vertices: &mut Vec<Vertex>, source: &mut Source, positions: &[[f32; 4]]) {
+pub fn push_weighted(vertices: &mut Vec<Vertex>, source: &mut RandomNumbers, positions: &[[f32; 4]]) {
     let weight = (source.whole(GREATEST_WEIGHT) + 1) as f32;
     push_flat(vertices, positions, [weight, 0.0, 0.0, 0.0]);
 }

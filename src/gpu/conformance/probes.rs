@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::drawing::Drawing;
 use super::image::{Image, on_driver, on_software};
-use super::primitives::{Crossing, Source, crossing, push_flat, push_weighted, to_clip};
+use super::primitives::{Crossing, RandomNumbers, crossing, push_flat, push_weighted, to_clip};
 use super::program::Vertex;
 use crate::{Gpu, GpuError};
 use nephroid_pipeline::Device;
@@ -259,7 +259,7 @@ fn counted(asked: &Asked<'_>) -> Result<String, GpuError> {
 }
 
 fn far_corner(asked: &Asked<'_>) -> Result<String, GpuError> {
-    let mut source = Source::new(11, 0);
+    let mut source = RandomNumbers::new(11, 0);
     let mut vertices = Vec::new();
     for _ in 0..1000 {
         let mut corners = crossing(Crossing::Sides(0.9), &mut source);

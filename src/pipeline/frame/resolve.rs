@@ -55,18 +55,18 @@ pub fn run_frame_pass(
     for (number, texture) in textures.iter_mut().enumerate() {
         rest.push(lend(texture, number, &views, &mut attached)?);
     }
-    let source = Source { buffers, streamed, size: target_size(frame, pass) };
+    let resolver = Resolver { buffers, streamed, size: target_size(frame, pass) };
     // A view of what the pass draws to ends its bind group; no draw of the pass reads that.
     let view = |view: &description::TextureView| rest[view.texture.index()].view(&view.range).ok();
-    let groups: Vec<Vec<Binding<'_>>> = frame.bind_groups.iter().map(|group| source.bind_group(&group.entries, &view)).collect();
+    let groups: Vec<Vec<Binding<'_>>> = frame.bind_groups.iter().map(|group| resolver.bind_group(&group.entries, &view)).collect();
     // All draws' vertex buffers in one list, and where each draw's begin: a pass may have a hundred thousand draws without any.
-    let vertex_buffers: Vec<VertexBuffer<'_>> = pass.draws.iter().flat_map(|draw| source.vertex_buffers(draw)).collect();
+    let vertex_buffers: Vec<VertexBuffer<'_>> = pass.draws.iter().flat_map(|draw| resolver.vertex_buffers(draw)).collect();
     let starts = pass.draws.iter().scan(0, |next, draw| Some(std::mem::replace(next, *next + draw.vertex_buffers.len())));
     let starts: Vec<usize> = starts.collect();
     let resolve_one = |(draw, &start): (&description::Draw, &usize)| {
         let bindings = Bindings::new(&groups[draw.bind_group.index()], draw.dynamic_offset as usize);
         let buffers = &vertex_buffers[start..start + draw.vertex_buffers.len()];
-        source.draw(draw, &pipelines[draw.pipeline.index()], bindings, buffers)
+        resolver.draw(draw, &pipelines[draw.pipeline.index()], bindings, buffers)
     };
     let draws = device.install(|| pass.draws.par_iter().zip(&starts).with_min_len(DRAWS_PER_TASK).map(resolve_one).collect());
     let mut attached = attached.into_iter();
@@ -132,17 +132,17 @@ pub fn stream_draw(
     let described = &frame.pipelines[draw.pipeline.index()];
     let streamed = RenderPipelineDescriptor { targets: Vec::new(), depth_stencil: None, rasterizer_discard: true, ..described.clone() };
     let pipeline = RenderPipeline::new(streamed, frame.rules)?;
-    let source = Source { buffers: &contents.buffers, streamed: &contents.streamed, size: target_size(frame, pass) };
+    let resolver = Resolver { buffers: &contents.buffers, streamed: &contents.streamed, size: target_size(frame, pass) };
     let view = |view: &description::TextureView| contents.textures.get(view.texture.index())?.view_of(&view.range).ok();
-    let group = source.bind_group(&frame.bind_groups[draw.bind_group.index()].entries, &view);
+    let group = resolver.bind_group(&frame.bind_groups[draw.bind_group.index()].entries, &view);
     let bindings = Bindings::new(&group, draw.dynamic_offset as usize);
-    let buffers: Vec<VertexBuffer<'_>> = source.vertex_buffers(draw).collect();
+    let buffers: Vec<VertexBuffer<'_>> = resolver.vertex_buffers(draw).collect();
     let resolved = Draw {
         query: None,
         stream_out: Some(0),
         // There is no target to be inside of.
         scissor: PixelRect::full(1, 1),
-        ..source.draw(draw, &pipeline, bindings, &buffers)
+        ..resolver.draw(draw, &pipeline, bindings, &buffers)
     };
     let target = StreamOutTarget { capacity: usize::MAX, ..StreamOutTarget::default() };
     let mut run = Pass { label: pass.label.clone(), draws: vec![resolved], stream_out: vec![target], ..Pass::default() };
@@ -151,14 +151,14 @@ pub fn stream_draw(
 }
 
 /// What the draws of a pass are resolved from.
-struct Source<'a> {
+struct Resolver<'a> {
     buffers: &'a [Arc<Buffer>],
     streamed: &'a [Streamed],
     /// Of the pass's attachments.
     size: (u32, u32),
 }
 
-impl<'a> Source<'a> {
+impl<'a> Resolver<'a> {
     fn buffer(&self, id: BufferId) -> &'a Buffer {
         &self.buffers[id.index()]
     }

@@ -21,7 +21,7 @@ pub fn from_bytes(name: &Path, bytes: &[u8], limits: &MeshLimits) -> Result<Mesh
 
 /// A corner of a face as numbers into the lists; `NONE` where it has no texture coordinate or normal.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Corner {
+struct FaceVertex {
     position: u32,
     uv: u32,
     normal: u32,
@@ -59,7 +59,7 @@ pub(super) fn parse(bytes: &[u8], limits: &MeshLimits) -> Result<Mesh, Fault> {
 
     // Every count is of lines that are there: the lists cannot outgrow the file.
     let mut lists = Lists::default();
-    let mut corners: Vec<Corner> = Vec::new();
+    let mut corners: Vec<FaceVertex> = Vec::new();
     let mut polygons: Vec<u32> = Vec::new();
     let mut triangle_count = 0;
     for_each_line(bytes, |line, words| {
@@ -158,7 +158,7 @@ fn numbers<const N: usize>(line: u64, words: &[u8], what: &str, must_be_finite: 
 }
 
 /// `v`, `v/t`, `v//n` or `v/t/n`.
-fn parse_corner(line: u64, word: &[u8], lists: &Lists, totals: &Totals) -> Result<Corner, Fault> {
+fn parse_corner(line: u64, word: &[u8], lists: &Lists, totals: &Totals) -> Result<FaceVertex, Fault> {
     let mut parts = word.split(|&b| b == b'/');
     let mut index = |what: &str, so_far: usize, total: u64| -> Result<Option<u32>, Fault> {
         let Some(part) = parts.next().filter(|p| !p.is_empty()) else { return Ok(None) };
@@ -176,13 +176,13 @@ fn parse_corner(line: u64, word: &[u8], lists: &Lists, totals: &Totals) -> Resul
     let uv = index("texture coordinate", lists.uvs.len(), totals.uvs)?;
     let normal = index("normal", lists.normals.len(), totals.normals)?;
     match (position, parts.next()) {
-        (Some(position), None) => Ok(Corner { position, uv: uv.unwrap_or(NONE), normal: normal.unwrap_or(NONE) }),
+        (Some(position), None) => Ok(FaceVertex { position, uv: uv.unwrap_or(NONE), normal: normal.unwrap_or(NONE) }),
         _ => Err(Fault::syntax(Place::Line(line), "a face corner as v, v/t, v//n or v/t/n", quote(word))),
     }
 }
 
 /// One vertex per different corner, in the order of the positions; also the vertex of each corner.
-fn unify(corners: &[Corner], lists: &Lists) -> (Mesh, Vec<u32>) {
+fn unify(corners: &[FaceVertex], lists: &Lists) -> (Mesh, Vec<u32>) {
     let has_uvs = corners.iter().any(|c| c.uv != NONE);
     let mut order: Vec<u32> = (0..corners.len() as u32).collect();
     order.sort_unstable_by_key(|&i| (corners[i as usize], i));

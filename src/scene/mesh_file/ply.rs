@@ -15,7 +15,7 @@ use super::{Fault, MeshFileError, MeshLimits, Place, error::MeshFileProblem, fin
 use crate::geom::{Mesh, triangulate_polygon};
 
 use header::{Element, Header, Kind, parse_header};
-use source::Source;
+use source::PlyReader;
 
 /// Reads a PLY file from memory. `name` is the file's name in messages.
 ///
@@ -28,7 +28,7 @@ pub fn from_bytes(name: &Path, bytes: &[u8], limits: &MeshLimits) -> Result<Mesh
 pub(super) fn parse(bytes: &[u8], limits: &MeshLimits) -> Result<Mesh, Fault> {
     let header = parse_header(bytes)?;
     let vertex_count = vertex_count(&header, limits)?;
-    let mut source = Source::new(bytes, &header);
+    let mut source = PlyReader::new(bytes, &header);
     let mut body = Body { mesh: Mesh::default(), vertex_count, corners: Vec::new(), polygons: Vec::new() };
     for element in &header.elements {
         source.check_count(element)?;
@@ -92,7 +92,7 @@ impl Use {
 }
 
 impl Body {
-    fn read_vertices(&mut self, element: &Element, source: &mut Source<'_>) -> Result<(), Fault> {
+    fn read_vertices(&mut self, element: &Element, source: &mut PlyReader<'_>) -> Result<(), Fault> {
         let uses: Vec<Use> =
             element.properties.iter().map(|p| if matches!(p.kind, Kind::Scalar(_)) { Use::of(&p.name) } else { Use::Nothing }).collect();
         let has = |wanted: Use| uses.contains(&wanted);
@@ -130,7 +130,7 @@ impl Body {
         Ok(())
     }
 
-    fn read_faces(&mut self, element: &Element, source: &mut Source<'_>, limits: &MeshLimits) -> Result<(), Fault> {
+    fn read_faces(&mut self, element: &Element, source: &mut PlyReader<'_>, limits: &MeshLimits) -> Result<(), Fault> {
         let list = index_list(element)?;
         let mut polygon = Vec::new();
         for face in 0..element.count {
@@ -166,7 +166,7 @@ impl Body {
         Ok(())
     }
 
-    fn read_strips(&mut self, element: &Element, source: &mut Source<'_>, limits: &MeshLimits) -> Result<(), Fault> {
+    fn read_strips(&mut self, element: &Element, source: &mut PlyReader<'_>, limits: &MeshLimits) -> Result<(), Fault> {
         let list = index_list(element)?;
         for strip in 0..element.count {
             source.begin(element, strip)?;
@@ -201,7 +201,7 @@ impl Body {
         Ok(())
     }
 
-    fn pass_over(&self, element: &Element, source: &mut Source<'_>) -> Result<(), Fault> {
+    fn pass_over(&self, element: &Element, source: &mut PlyReader<'_>) -> Result<(), Fault> {
         // An element without properties has no bytes, however many it declares.
         let count = if element.properties.is_empty() { 0 } else { element.count };
         for instance in 0..count {
@@ -211,7 +211,7 @@ impl Body {
         Ok(())
     }
 
-    fn checked_index(&self, index: f64, face: u64, source: &Source<'_>) -> Result<u32, Fault> {
+    fn checked_index(&self, index: f64, face: u64, source: &PlyReader<'_>) -> Result<u32, Fault> {
         if index >= 0.0 && index < self.vertex_count as f64 && index.fract() == 0.0 {
             return Ok(index as u32);
         }

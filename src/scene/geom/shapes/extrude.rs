@@ -8,13 +8,13 @@ use crate::geom::{Mesh, triangulate_polygon};
 ///
 /// Equal normals make a smooth corner, different ones a sharp edge.
 #[derive(Clone, Copy)]
-pub(super) struct Corner {
+pub(super) struct OutlineCorner {
     pub place: Vec2,
     pub normal_before: Vec2,
     pub normal_after: Vec2,
 }
 
-impl Corner {
+impl OutlineCorner {
     pub(super) fn smooth(place: Vec2, normal: Vec2) -> Self {
         Self { place, normal_before: normal, normal_after: normal }
     }
@@ -24,7 +24,7 @@ impl Corner {
 ///
 /// The outline `(z, y)` runs counter-clockwise in a picture with z to the right and y up, which is clockwise seen from `+x`.
 /// Texture coordinates: x and along the outline on the jacket, `(∓z, y)` on the ends.
-pub(super) fn prism(outline: &[Corner], width_m: f32) -> Mesh {
+pub(super) fn prism(outline: &[OutlineCorner], width_m: f32) -> Mesh {
     let mut mesh = Mesh::default();
     let half = width_m * 0.5;
     let n = outline.len();

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Check, ShapeError,
-    extrude::{Corner, prism},
+    extrude::{OutlineCorner, prism},
 };
 use crate::geom::Mesh;
 
@@ -55,28 +55,28 @@ impl Stairs {
     }
 
     /// From the foot up the front over every step, then down the back.
-    fn outline(&self) -> Vec<Corner> {
+    fn outline(&self) -> Vec<OutlineCorner> {
         // In (z, y): front faces look to +z, treads to +y.
         let (front, up) = (Vec2::X, Vec2::Y);
         let r = self.nosing_radius_m;
-        let mut outline = vec![Corner { place: Vec2::ZERO, normal_before: -up, normal_after: front }];
+        let mut outline = vec![OutlineCorner { place: Vec2::ZERO, normal_before: -up, normal_after: front }];
         for step in 0..self.steps {
             let edge = Vec2::new(-(step as f32) * self.run_m, (step + 1) as f32 * self.rise_m);
             if r == 0.0 {
-                outline.push(Corner { place: edge, normal_before: front, normal_after: up });
+                outline.push(OutlineCorner { place: edge, normal_before: front, normal_after: up });
             } else {
                 let center = edge - Vec2::splat(r);
                 outline.extend((0..=NOSING_STEPS).map(|i| {
                     let (sin, cos) = libm::sincosf(FRAC_PI_2 * i as f32 / NOSING_STEPS as f32);
                     let normal = Vec2::new(cos, sin);
-                    Corner::smooth(center + normal * r, normal)
+                    OutlineCorner::smooth(center + normal * r, normal)
                 }));
             }
             let inner = Vec2::new(edge.x - self.run_m, edge.y);
             let after = if step + 1 == self.steps { -front } else { front };
-            outline.push(Corner { place: inner, normal_before: up, normal_after: after });
+            outline.push(OutlineCorner { place: inner, normal_before: up, normal_after: after });
         }
-        outline.push(Corner { place: Vec2::new(-(self.steps as f32) * self.run_m, 0.0), normal_before: -front, normal_after: -up });
+        outline.push(OutlineCorner { place: Vec2::new(-(self.steps as f32) * self.run_m, 0.0), normal_before: -front, normal_after: -up });
         outline
     }
 }

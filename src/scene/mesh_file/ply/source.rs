@@ -6,7 +6,7 @@ use super::{
 };
 
 /// Reads numbers and knows where it is.
-pub(super) struct Source<'a> {
+pub(super) struct PlyReader<'a> {
     bytes: &'a [u8],
     encoding: Encoding,
     offset: usize,
@@ -15,7 +15,7 @@ pub(super) struct Source<'a> {
     line_number: u64,
 }
 
-impl<'a> Source<'a> {
+impl<'a> PlyReader<'a> {
     pub(super) fn new(bytes: &'a [u8], header: &Header) -> Self {
         Self { bytes, encoding: header.encoding, offset: header.byte_count, line: &[], line_number: header.line_count }
     }

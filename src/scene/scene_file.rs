@@ -11,7 +11,7 @@ use super::text::{Path, Position};
 
 /// The file that a scene was read from: its name, its folder and its text.
 #[derive(Clone, PartialEq, Eq)]
-pub struct Source {
+pub struct SceneFile {
     /// The file's name, as errors print it.
     pub file: String,
     /// The folder that mesh files are looked up in.
@@ -20,14 +20,14 @@ pub struct Source {
     text: Arc<str>,
 }
 
-impl Default for Source {
+impl Default for SceneFile {
     /// The source of a scene that was not read from a file.
     fn default() -> Self {
         Self { file: "scene".to_owned(), base_dir: PathBuf::new(), text: Arc::from("") }
     }
 }
 
-impl Source {
+impl SceneFile {
     /// The source of a scene with this `text`, to be called `file` by errors.
     #[must_use]
     pub fn new(file: &str, base_dir: &FilePath, text: &str) -> Self {
@@ -55,9 +55,9 @@ impl Source {
     }
 }
 
-impl fmt::Debug for Source {
+impl fmt::Debug for SceneFile {
     /// Without the text, which would bury everything else.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Source").field("file", &self.file).field("base_dir", &self.base_dir).finish_non_exhaustive()
+        f.debug_struct("SceneFile").field("file", &self.file).field("base_dir", &self.base_dir).finish_non_exhaustive()
     }
 }

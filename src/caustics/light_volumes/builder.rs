@@ -25,7 +25,7 @@ use super::slices::Slices;
 use super::specular::Specular;
 
 /// State kept between frames: receivers with their boxes, mirrors and glass, the simulation of the water, and a cache.
-pub struct Source {
+pub struct LightVolumesBuilder {
     receivers: Receivers,
     boxes: Vec<ReceiverBox>,
     water: Option<WaterSim>,
@@ -53,7 +53,7 @@ struct CacheKey {
     levels: u32,
 }
 
-impl Source {
+impl LightVolumesBuilder {
     /// Loads the scene's meshes.
     ///
     /// # Errors
@@ -148,7 +148,7 @@ impl Source {
     }
 }
 
-impl Builder for Source {
+impl Builder for LightVolumesBuilder {
     fn set_clock(&mut self, clock: fn() -> f64) {
         self.clock = clock;
     }
