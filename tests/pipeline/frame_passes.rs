@@ -22,7 +22,7 @@ fn reference(pass: &str, problem: ReferenceProblem) -> FrameError {
 }
 
 fn refused(frame: &Frame) -> FrameError {
-    executor().run(frame, None).err().expect("the frame is refused")
+    executor().run(frame, None).expect_err("the frame is refused")
 }
 
 #[test]
