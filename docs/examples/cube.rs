@@ -15,9 +15,7 @@ impl VertexShader for Cube {
 impl FragmentShader for Cube {
     #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
-        let (right, down) = (v2(input.ddx(0), input.ddx(1)), v2(input.ddy(0), input.ddy(1)));
-        let texel = sample_grad(bindings.texture(1), &bindings.sampler(2), input.varying2(0), 0, right, down);
-        output.color[0] = texel * input.varying(2);
+        output.color[0] = input.sample(bindings.texture(1), &bindings.sampler(2), 0, 0) * input.varying(2);
     }
 }
 

@@ -1,4 +1,4 @@
-//! A million points, each added to four pixels of a float target: light that a round mirror reflects, whose bright edge is a nephroid.
+//! About 800,000 points, each added to four pixels of a float target: light that a round mirror reflects, whose bright edge is a nephroid.
 
 use nephroid_pipeline::math::rng::uniform3;
 use nephroid_pipeline::prelude::*;
