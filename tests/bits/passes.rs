@@ -303,17 +303,17 @@ impl Recipe {
 
 /// Hashes of every recipe's bytes. A change here is a change of the image: say so in the changelog.
 const HASHES: [u64; 12] = [
-    0xc0c3dbc0046e2649, // float additive
-    0x4566e3d5a4f8ee5c, // three targets
-    0xafb9a61ef2e51812, // srgb, stencil, discard
-    0x00f2f59259d4f456, // written depth
-    0x7cb59fa36aa408bf, // indexed strip
-    0xae28bc6a118c80af, // points
-    0x5287391ed7a153c7, // line strip
-    0xa63a0467c236db14, // geometry to triangles
-    0x8706d5ef1f7f7437, // geometry to points
-    0xfe3386e1448a1a0d, // llvmpipe rules
-    0x11f738186cf3902d, // swiftshader rules
+    0xb5889a1eb50f37f0, // float additive
+    0xe266849b57c0cd3c, // three targets
+    0xd690f3b049b74955, // srgb, stencil, discard
+    0xb792bee87dfe92dc, // written depth
+    0x400f9b772be9e27c, // indexed strip
+    0x4c513a43e35472c7, // points
+    0x7821981bf61ed576, // line strip
+    0x51bb7cac32c44cc4, // geometry to triangles
+    0xc9c53690a2d1866d, // geometry to points
+    0x660129c1171f4b50, // llvmpipe rules
+    0x2b760bf9ea8ddfaa, // swiftshader rules
     0xd31095a50260d952, // stencil only
 ];
 
