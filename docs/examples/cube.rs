@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         indices.extend([0, 1, 2, 0, 2, 3].map(|corner| 4 * face + corner));
     }
-    let squares = |x: u32, y: u32| if (x / 32 + y / 32) % 2 == 0 { [0.9, 0.85, 0.7, 1.0] } else { [0.05, 0.2, 0.4, 1.0] };
+    let squares = |x: u32, y: u32| if (x / 32 + y / 32).is_multiple_of(2) { [0.9, 0.85, 0.7, 1.0] } else { [0.05, 0.2, 0.4, 1.0] };
     let checker = Texture::mipmapped("checker", (256, 256), format, squares)?;
     // Columns of a turn about y, then about x (their sines are 8/17 and 0.6), 4.5 away from the eye, seen between depths 2 and 8.
     let (sin, cos) = (8.0f32 / 17.0, 15.0 / 17.0);

@@ -154,7 +154,7 @@ impl Builder for LightVolumesBuilder {
     }
 
     fn frame(&mut self, scene: &Scene, device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
-        let settings = scene.techniques.get::<LightVolumes>().clone();
+        let settings = *scene.techniques.get::<LightVolumes>();
         self.build(scene, &settings, device, layers)
     }
 }

@@ -94,7 +94,7 @@ pub fn decode_texel(info: FormatInfo, bytes: &[u8]) -> [f32; 4] {
         return unpacked(info.kind, number(0, 4));
     }
     let mut out = [0.0; 4];
-    let length = if info.channels == 0 { 0 } else { info.bytes / info.channels };
+    let length = info.bytes.checked_div(info.channels).unwrap_or(0);
     for at in 0..info.channels {
         let channel = place(info, at);
         let code = number(at * length, length);
