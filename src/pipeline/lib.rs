@@ -1,18 +1,18 @@
-//! The software GPU: from draws to attachments, every stage exact, the same bytes on any number of threads and at any SIMD level.
+//! The software GPU: from draws to attachments. Every stage is exact, and results have the same bytes on any number of threads and at any SIMD level.
 //!
-//! Rooms, in the order in which a pass goes through them; a room uses only those above it in this table:
+//! Rooms, in the order in which a pass goes through them. A room uses only those above it in this table:
 //!
 //! | Room | What is in it |
 //! |---|---|
-//! | `api` | what a user states: formats, textures, shaders, pipelines, draws, passes |
-//! | `primitive` | what goes from one phase to the next: vertices in window coordinates, planes, set-up primitives |
-//! | `vendor` | arithmetic of known drivers, out of the way of the reference |
+//! | `api` | the interface: formats, textures, shaders, pipelines, draws, passes |
+//! | `primitive` | data between phases: vertices in window coordinates, planes, set-up primitives |
+//! | `vendor` | arithmetic of known drivers, separate from the reference path |
 //! | `geometry` | fetch, assembly, vertex, geometry, stream-out, clip, viewport, cull, setup, bin |
 //! | `tile` | raster, depth and stencil, fragment, blend |
-//! | `run` | devices, and the order of everything in a pass |
+//! | `run` | devices, and the order of all work in a pass |
 //! | [`frame`] | resources and passes as data, and the executor that runs them |
 //!
-//! What is not here: multisampling, line and point polygon modes, conservative rasterization, storage writes from shaders.
+//! Not supported: multisampling, line and point polygon modes, conservative rasterization, storage writes from shaders.
 
 mod api;
 pub mod frame;
@@ -58,7 +58,7 @@ pub use run::device::{Device, DeviceError, DeviceOptions};
 pub use run::pass::run_pass;
 pub use tile::depth_stencil::stencil_operation;
 
-/// Pipeline state: the types of `wgpu-types` as they are, the few things that WebGPU lacks, and what rasterizers are free to choose.
+/// Pipeline state: the types of `wgpu-types`, the few that WebGPU lacks, and the rules that a rasterizer may choose.
 pub mod state {
     pub use crate::api::rules::*;
     pub use crate::api::state::*;
