@@ -73,13 +73,13 @@ fn virtual_plane(surface: vec3<f32>) -> Seen {
 fn follow(surface: vec3<f32>, ray: vec3<f32>) -> Seen {
     var pixel = pixel_of(camera, camera.clip_from_world * vec4<f32>(surface, 1.0));
     var distance = min(-(1.0 / ray.y), 4.0);
-    // Where depth jumps the search has no fixed point and swings; of what it has seen, the point nearest to the ray is taken.
+    // At a jump in depth the iteration has no fixed point and oscillates. Of the points found, the one nearest to the ray is taken.
     var best = pixel;
     var best_distance = 1.0e4;
     var best_miss = 3.0e38;
     for (var step = 0; step < SEARCH_STEPS; step++) {
         let at = position_at(pixel);
-        // What stands in the dry hides the water there; the ray goes on below it.
+        // A receiver above the water hides the water at this pixel; the ray continues below it.
         if at.w > 0.0 && under_water(camera, at.xyz) {
             let to = at.xyz - surface;
             let guess = length(to);
@@ -119,7 +119,7 @@ fn fs(in: Varyings) -> @location(0) vec4<f32> {
     if camera.water.z > 0.0 {
         return vec4<f32>(from_below(surface, up, view, ior), 1.0);
     }
-    // A wave's far side can face away from the eye; it is seen edge-on at most.
+    // The far side of a wave can face away from the eye; the cosine is then that of a nearly grazing view.
     let reflectance = fresnel_reflectance(max(-dot(view, up), 0.02), 1.0, ior);
     var seen: Seen;
     if snell {
@@ -128,7 +128,7 @@ fn fs(in: Varyings) -> @location(0) vec4<f32> {
         seen = virtual_plane(surface);
     }
     let below = through_medium(environment.sigma_t.rgb, environment.inscatter.rgb, seen.radiance, seen.distance);
-    // Light that a wave throws downwards would hit the water again; it is taken from just above the horizon.
+    // Light that a wave reflects downwards would hit the water again; the sky just above the horizon is taken instead.
     var mirrored = reflect_ray(view, up);
     mirrored = normalize(vec3<f32>(mirrored.x, max(mirrored.y, 0.01), mirrored.z));
     return vec4<f32>(below * (1.0 - reflectance) + sky(environment, mirrored) * reflectance, 1.0);
