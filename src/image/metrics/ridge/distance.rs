@@ -16,7 +16,7 @@ const REACH_PX: f64 = 0.5 + HALF_LENGTH_PX;
 pub struct RidgeError {
     /// Mean distance from each ridge point of either picture to the nearest ridge of the other.
     pub mean_px: f64,
-    /// Distance below which 95 % of these distances lie.
+    /// The 95 % quantile of these distances.
     pub p95_px: f64,
     /// Mean over the points of the reference alone: large if the test lacks ridges of the reference.
     pub missing_px: f64,
