@@ -1,13 +1,13 @@
 //! Gradient noise: Perlin's improved noise in two and three dimensions, with exact gradients, and its fractal sum.
 //!
 //! `n(p) = Σ_corners w(p − c) · (g_c · (p − c))`, `w` = product over the axes of the quintic fade
-//! [Perlin, "Improving Noise", SIGGRAPH 2002]. Two details differ from that text. The lattice gradient `g_c` comes from an integer hash of `(corner,
-//! seed)` instead of a 256-entry permutation, so the noise does not repeat and every seed gives a new field. The plane has sixteen directions of its
-//! own instead of a slice of the space field, which is flat in places.
+//! [Perlin, "Improving Noise", SIGGRAPH 2002]. Two details differ from that text. The lattice gradient `g_c` comes from an integer hash of
+//! `(corner, seed)` instead of a 256-entry permutation, so the noise does not repeat and every seed gives a new field. The plane has sixteen
+//! directions of its own instead of a slice of the space field, which is flat in places.
 //!
-//! Noise is zero at every lattice point, has continuous second derivatives, mean 0, and features about one unit wide. Coordinates
-//! are pure numbers: divide metres by the wanted feature size first. Every integer coordinate has its own gradient up to ±2²³; beyond, `f32` has no
-//! fraction and the noise is constant. NaN and infinite coordinates give NaN.
+//! Noise is zero at every lattice point, has continuous second derivatives, mean 0, and features about one unit wide. Coordinates are pure numbers:
+//! divide metres by the wanted feature size first. Every integer coordinate has its own gradient up to ±2²³; beyond, `f32` has no fraction and the
+//! noise is constant. NaN and infinite coordinates give NaN.
 
 use super::lanes::Lanes;
 use super::vector::V3;

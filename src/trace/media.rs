@@ -1,8 +1,8 @@
 //! Media: water, glass, and smoke of varying density.
 //!
 //! The transmittance of a homogeneous medium follows from Beer & Lambert's law. That of smoke is estimated without bias by ratio tracking [Novák,
-//! Selle & Jarosz 2014]: steps are drawn as if the smoke had its greatest density `σ̄` everywhere, and at each step the estimate is multiplied by `1
-//! − σ_t(x)/σ̄`, the probability that the real smoke lets the light pass.
+//! Selle & Jarosz 2014]: steps are drawn as if the smoke had its greatest density `σ̄` everywhere, and at each step the estimate is multiplied by
+//! `1 − σ_t(x)/σ̄`, the probability that the real smoke lets the light pass.
 
 use glam::Vec3;
 

@@ -40,10 +40,10 @@ impl ZTest {
 
 /// Tests, value by value, whether reference and test are equal except for noise.
 ///
-/// If they are, `z = (x − r)/√(var_r + var_x)` is standard normal. A value is rejected if `|z|` exceeds the two-sided quantile of the level `1 − (1 −
-/// α)^(1/n)` [Šidák 1967], where `n` is the number of values. Of pictures without a systematic error, the share `α` (in `0..1`, such as 0.01) has at
-/// least one rejection if values are independent, and at most that share if they are correlated, as the channels of one path are. Values without
-/// variance must be equal; otherwise they are rejected.
+/// If they are, `z = (x − r)/√(var_r + var_x)` is standard normal. A value is rejected if `|z|` exceeds the two-sided quantile of the level
+/// `1 − (1 − α)^(1/n)` [Šidák 1967], where `n` is the number of values. Of pictures without a systematic error, the share `α` (in `0..1`, such as
+/// 0.01) has at least one rejection if values are independent, and at most that share if they are correlated, as the channels of one path are. Values
+/// without variance must be equal; otherwise they are rejected.
 ///
 /// The level is per picture, so the test finds single wrong pixels; to find a shift far below the noise of every pixel, use [`super::energy_ratio`].
 /// The noise must be normal: average enough samples per pixel for the central limit theorem to hold, or bright outliers will be rejected.

@@ -113,8 +113,8 @@ fn interpolated(plane: &[f64], width: usize, index: usize, [dx, dy]: [f64; 2]) -
 
 /// Weights of a Gaussian and of its first two derivatives, for correlation: exact for parabolas.
 ///
-/// Sampled derivatives of a Gaussian are wrong by a factor and a constant. These are scaled so that `Σ w = 1`, `Σ i·w′ = 1`, `Σ w″ = 0`, `Σ i²·w″ =
-/// 2`.
+/// Sampled derivatives of a Gaussian are wrong by a factor and a constant. These are scaled so that `Σ w = 1`, `Σ i·w′ = 1`, `Σ w″ = 0`,
+/// `Σ i²·w″ = 2`.
 fn derivatives(sigma_px: f64, radius: usize) -> [Vec<f64>; 3] {
     let weights = gaussian(sigma_px, radius);
     let taps: Vec<f64> = (0..weights.len()).map(|tap| tap as f64 - radius as f64).collect();
