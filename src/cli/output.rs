@@ -19,7 +19,7 @@ pub fn text(text: &str) -> io::Result<()> {
     out.flush()
 }
 
-/// Formats rows as columns: all but the last are padded to their longest cell, with two blanks between columns and no trailing blanks.
+/// Formats rows as columns: every column except the last is padded to its longest cell, with two blanks between columns and no trailing blanks.
 pub fn columns<const N: usize>(rows: &[[&str; N]]) -> String {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: [usize; N] = std::array::from_fn(width);

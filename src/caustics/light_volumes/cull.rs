@@ -215,7 +215,7 @@ impl<'a> Culler<'a> {
         self.gathered(std::iter::once((beams, CullStatistics::default())))
     }
 
-    /// Tests every beam of the mesh by itself: the paper's reference.
+    /// Tests every beam of the mesh separately: the paper's reference.
     #[must_use]
     pub fn one_by_one(&self, light: &LightBeams, shadowed: &[bool]) -> (Vec<ClampedBeam>, CullStatistics) {
         let triangles = light.of_triangle.len();

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 /// Number of planes per row in [`Filtered`]: the output of the horizontal filters, which the vertical filters read.
 const PLANES: usize = 7;
-/// Pixels filtered at a time: so many accumulators fit the registers.
+/// Pixels filtered at a time: this many accumulators fit the registers.
 const BLOCK: usize = 16;
 
 /// One-dimensional weights, each of odd length, for one resolution.

@@ -101,7 +101,7 @@ mod tests {
     use super::super::{FORMATS, decode_texel, encode_texel, format_info};
     use super::*;
 
-    /// What is written to a target is what its bytes hold: quantizing and then storing changes nothing, and storing alone rounds alike.
+    /// The bytes of a target hold exactly the quantized numbers, and encoding without quantizing rounds in the same way.
     #[test]
     fn quantized_numbers_are_what_the_bytes_hold() {
         let mut state = 1u32;

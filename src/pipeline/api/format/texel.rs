@@ -174,7 +174,7 @@ mod tests {
                 encode_texel(info, &decoded[..info.channels], &mut again);
                 let other = decode_texel(info, &again);
                 for channel in 0..info.channels {
-                    // Two codes for −1, many for not-a-number and for what a shared exponent leaves room for: the number is what is kept.
+                    // Several codes may stand for one number (−1, NaN, numbers with a shared exponent): the number is kept, not the code.
                     let (a, b) = (decoded[channel], other[channel]);
                     assert!(a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()), "{format:?} {bytes:02x?}: {a} and {b}");
                 }
