@@ -24,6 +24,9 @@ pub struct SettingArgument {
 }
 
 /// Parses `WxH`, such as `1280x720`.
+///
+/// # Errors
+/// With a message that states the allowed form and range.
 pub fn image_size(text: &str) -> Result<ImageSize, String> {
     let side = |text: &str| text.parse().ok().filter(|side| (1..=MAX_IMAGE_PX).contains(side));
     match text.split_once('x').map(|(width, height)| (side(width), side(height))) {
@@ -33,6 +36,9 @@ pub fn image_size(text: &str) -> Result<ImageSize, String> {
 }
 
 /// Parses `KEY=VALUE`; only the first `=` separates.
+///
+/// # Errors
+/// With a message if there is no `=`, or if key or value is empty.
 pub fn setting(text: &str) -> Result<SettingArgument, String> {
     match text.split_once('=').map(|(key, value)| (key.trim(), value.trim())) {
         Some((key, value)) if !key.is_empty() && !value.is_empty() => Ok(SettingArgument { key: key.to_owned(), value: value.to_owned() }),
@@ -41,6 +47,9 @@ pub fn setting(text: &str) -> Result<SettingArgument, String> {
 }
 
 /// Parses a number of seconds in the range that scenes allow.
+///
+/// # Errors
+/// With a message that states the allowed range.
 pub fn seconds(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(seconds) if (0.0..=MAX_TIME_S).contains(&seconds) => Ok(seconds),
@@ -49,6 +58,9 @@ pub fn seconds(text: &str) -> Result<f32, String> {
 }
 
 /// Parses a count that may be large: digits, optionally followed by `k`, `M` or `G`, such as `50M`; at least 1.
+///
+/// # Errors
+/// With a message that states the allowed form and range.
 pub fn large_count(text: &str) -> Result<u64, String> {
     let (digits, factor) = match text.char_indices().last() {
         Some((at, 'k')) => (&text[..at], 1_000),
@@ -66,6 +78,9 @@ pub fn large_count(text: &str) -> Result<u64, String> {
 const MAX_COUNT: u64 = 1_000_000_000_000_000;
 
 /// Parses a time limit in seconds: above 0, at most a year.
+///
+/// # Errors
+/// With a message that states the allowed range.
 pub fn time_limit(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(seconds) if seconds > 0.0 && seconds <= 31_536_000.0 => Ok(seconds),
@@ -74,6 +89,9 @@ pub fn time_limit(text: &str) -> Result<f64, String> {
 }
 
 /// Parses a share: above 0, at most 1.
+///
+/// # Errors
+/// With a message that states the allowed range.
 pub fn share(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(share) if share > 0.0 && share <= 1.0 => Ok(share),
@@ -82,6 +100,9 @@ pub fn share(text: &str) -> Result<f64, String> {
 }
 
 /// Parses the name of a layer.
+///
+/// # Errors
+/// With a message if no layer can have the name.
 pub fn layer_name(text: &str) -> Result<String, String> {
     if text.is_empty() || !text.bytes().all(|byte| byte.is_ascii_graphic()) {
         return Err("expected names of visible ASCII characters, separated by commas".to_owned());

@@ -40,6 +40,9 @@ pub fn adapters() -> anyhow::Result<Vec<AdapterLine>> {
 }
 
 /// An executor on the first adapter whose name contains `name`; on the first adapter for `None`.
+///
+/// # Errors
+/// If there is no such adapter, the driver refuses to open the device, or the threads cannot be started.
 #[cfg(feature = "wgpu")]
 pub fn executor(name: Option<&str>, options: DeviceOptions, memory_limit_bytes: u64) -> anyhow::Result<Box<dyn Executor>> {
     use crate::gpu::{Gpu, GpuExecutor, find_adapter};

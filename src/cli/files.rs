@@ -28,6 +28,9 @@ pub struct Output {
 }
 
 /// `out/STEM.png` and `out/STEM.exr`, where STEM is the scene's name followed by `suffix`.
+///
+/// # Errors
+/// If the path has no file name.
 pub fn default_outputs(scene: &Path, suffix: &str) -> anyhow::Result<Vec<Output>> {
     let stem = scene.file_stem().with_context(|| format!("{} does not name a scene file", scene.display()))?;
     let output = |extension: &str, format| {
@@ -40,6 +43,9 @@ pub fn default_outputs(scene: &Path, suffix: &str) -> anyhow::Result<Vec<Output>
 }
 
 /// The files given by `-o`. Extensions must be known, and no file may be named twice.
+///
+/// # Errors
+/// If an extension is unknown or a file is named twice.
 pub fn chosen_outputs(paths: Vec<PathBuf>) -> anyhow::Result<Vec<Output>> {
     let mut outputs: Vec<Output> = Vec::new();
     for path in paths {
@@ -56,6 +62,9 @@ pub fn chosen_outputs(paths: Vec<PathBuf>) -> anyhow::Result<Vec<Output>> {
 }
 
 /// Creates the default folder if it does not exist.
+///
+/// # Errors
+/// If the folder cannot be created.
 pub fn make_default_folder() -> anyhow::Result<()> {
     fs::create_dir_all(DEFAULT_FOLDER).with_context(|| format!("cannot make the folder {DEFAULT_FOLDER}"))
 }

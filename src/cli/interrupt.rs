@@ -20,12 +20,18 @@ static WRITING: Mutex<()> = Mutex::new(());
 static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Installs the handler; may be called once per process.
+///
+/// # Errors
+/// If the system refuses the handler.
 pub fn install() -> anyhow::Result<()> {
     ctrlc::set_handler(end).context("cannot watch for Ctrl-C")
 }
 
 /// Installs a handler for a verb that polls [`is_asked`] and then saves its state. The first interrupt only sets the flag; a second one ends the
 /// process.
+///
+/// # Errors
+/// If the system refuses the handler.
 pub fn install_patient() -> anyhow::Result<()> {
     ctrlc::set_handler(|| {
         if ASKED.swap(true, Ordering::SeqCst) {

@@ -53,6 +53,9 @@ struct SceneLine {
 }
 
 /// Prints the requested list.
+///
+/// # Errors
+/// If a folder or file cannot be read, there is no adapter to list, or stdout cannot be written to.
 pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
     match &low.what {
         What::Techniques => print(low, &renderer::technique_lines(techniques), |line| [line.name, line.summary, line.paper]),
@@ -77,6 +80,9 @@ fn print<'a, T: Serialize, const N: usize>(low: &LowArgs, lines: &'a [T], cells:
 }
 
 /// All `*.ron` files of a folder and its subfolders, sorted. Links to folders are not followed.
+///
+/// # Errors
+/// If a folder cannot be read.
 pub fn scene_paths(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let mut paths = Vec::new();
     collect(folder, MAX_DEPTH, &mut paths)?;

@@ -108,6 +108,9 @@ pub enum Outcome {
 }
 
 /// Runs a command with these techniques.
+///
+/// # Errors
+/// With the error of the verb and its causes.
 pub fn run(command: Command, techniques: Techniques) -> anyhow::Result<Outcome> {
     let result = match command {
         Command::Render(low) => render::HiArgs::resolve(*low, techniques).and_then(|args| render::run(&args)).map(|()| Outcome::Done),

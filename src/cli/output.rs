@@ -5,6 +5,9 @@ use std::io::{self, Write};
 use serde::Serialize;
 
 /// Prints one JSON value, indented, with a newline.
+///
+/// # Errors
+/// If stdout cannot be written to.
 pub fn json(value: &impl Serialize) -> io::Result<()> {
     let mut out = io::stdout().lock();
     serde_json::to_writer_pretty(&mut out, value).map_err(io::Error::from)?;
@@ -13,6 +16,9 @@ pub fn json(value: &impl Serialize) -> io::Result<()> {
 }
 
 /// Prints text unchanged.
+///
+/// # Errors
+/// If stdout cannot be written to.
 pub fn text(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes())?;

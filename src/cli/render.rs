@@ -124,6 +124,9 @@ pub struct HiArgs {
 
 impl HiArgs {
     /// Resolves the arguments. Reads nothing and writes nothing.
+    ///
+    /// # Errors
+    /// If flags contradict each other, a technique or file format is unknown, or a layer is named twice.
     pub fn resolve(low: LowArgs, techniques: Techniques) -> anyhow::Result<Self> {
         let default_folder = low.outputs.is_empty();
         let outputs = if default_folder { files::default_outputs(&low.scene, "")? } else { files::chosen_outputs(low.outputs)? };
@@ -195,6 +198,9 @@ struct LayerReport<'a> {
 }
 
 /// Renders, writes every file, and prints a report.
+///
+/// # Errors
+/// If the scene cannot be loaded or rendered, or a file cannot be written.
 pub fn run(args: &HiArgs) -> anyhow::Result<()> {
     interrupt::install()?;
     let start = Instant::now();

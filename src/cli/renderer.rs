@@ -104,6 +104,9 @@ pub struct PreparedScene {
 }
 
 /// Finds the technique, loads the scene and applies the overrides: flags first, then `--set` in the given order, so that the last one wins.
+///
+/// # Errors
+/// If the technique is unknown, the scene cannot be loaded, or an override is not allowed.
 pub fn prepare(request: &Request) -> anyhow::Result<PreparedScene> {
     let technique = match &request.technique {
         Some(name) => request.techniques.find(name)?.name(),
@@ -115,6 +118,9 @@ pub fn prepare(request: &Request) -> anyhow::Result<PreparedScene> {
 }
 
 /// Loads a scene and applies overrides in the order of the arguments.
+///
+/// # Errors
+/// If the scene cannot be loaded, or an override is not allowed.
 pub fn load(
     techniques: Techniques,
     path: &Path,
@@ -141,6 +147,9 @@ pub fn load(
 }
 
 /// Renders with the threads of the current rayon pool, or on a driver if `driver` is given (by name, or the first).
+///
+/// # Errors
+/// If the frame cannot be built or run, or a layer is unknown.
 pub fn render(request: &Request, prepared: &PreparedScene, driver: Option<Option<&str>>) -> anyhow::Result<Rendering> {
     let PreparedScene { technique, scene } = prepared;
     let mut options = RenderOptions {

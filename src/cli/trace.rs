@@ -96,6 +96,9 @@ pub struct HiArgs {
 
 impl HiArgs {
     /// Resolves the arguments. Reads nothing and writes nothing.
+    ///
+    /// # Errors
+    /// If flags contradict each other, or a file format is unknown.
     pub fn resolve(mut low: LowArgs, techniques: Techniques) -> anyhow::Result<Self> {
         let default_folder = low.outputs.is_empty();
         let chosen = std::mem::take(&mut low.outputs);
@@ -131,6 +134,9 @@ struct Report {
 }
 
 /// Traces, writes every file, and prints a report.
+///
+/// # Errors
+/// If the scene cannot be loaded or traced, a saved state does not fit, or a file cannot be written.
 pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     interrupt::install_patient()?;
     let start = Instant::now();

@@ -30,6 +30,10 @@ pub(super) struct Compiled {
 }
 
 impl Compiled {
+    /// Compiles a variant of a frame's pipeline.
+    ///
+    /// # Errors
+    /// If the device lacks a feature, the program has no usable WGSL twin, or the driver refuses the pipeline.
     pub fn new(gpu: &Gpu, desc: &RenderPipelineDescriptor, variant: Variant) -> Result<Self, GpuError> {
         require_features(gpu, desc)?;
         let first_counter = desc.targets.len() as u32;

@@ -106,6 +106,9 @@ enum What {
 
 impl HiArgs {
     /// Resolves the arguments. Reads nothing and writes nothing.
+    ///
+    /// # Errors
+    /// If flags contradict each other, or a technique or file format is unknown.
     pub fn resolve(low: LowArgs, known: Techniques) -> anyhow::Result<Self> {
         let is_scene = |path: &PathBuf| path.extension().and_then(OsStr::to_str).is_some_and(|e| e.eq_ignore_ascii_case("ron"));
         if let Some(path) = &low.output {
@@ -165,6 +168,9 @@ fn techniques(known: Techniques, names: Option<&[String]>) -> anyhow::Result<Vec
 }
 
 /// Compares, prints the results and writes pictures.
+///
+/// # Errors
+/// If a file cannot be read, compared or written.
 pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     interrupt::install()?;
     let results = match &args.what {

@@ -26,6 +26,9 @@ pub struct Request {
 }
 
 /// Compares two files.
+///
+/// # Errors
+/// If a file cannot be read, the pictures cannot be compared, or the figure cannot be written.
 pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Results> {
     let (reference, test) = (file::read(&request.reference)?, file::read(&request.test)?);
     ensure!(
@@ -72,6 +75,9 @@ pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Resu
 }
 
 /// Draws the figure and writes it.
+///
+/// # Errors
+/// If the figure is too large or cannot be written.
 pub fn draw(path: &Path, title: &str, pair: Pair<'_>, names: (&str, &str), unit: &str, verdicts: &[Verdict]) -> anyhow::Result<()> {
     let metrics: Vec<(String, String)> = verdicts
         .iter()

@@ -57,6 +57,9 @@ struct Truth {
 }
 
 /// Compares every technique with the ground truth.
+///
+/// # Errors
+/// If the scene cannot be loaded, traced or rendered, or a figure cannot be written.
 pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Results> {
     let scene = renderer::load(request.known, &request.scene, None, request.size, request.time_s, &request.settings)?;
     if picture.is_none() {

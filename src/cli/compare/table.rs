@@ -42,6 +42,9 @@ struct Report<'a> {
 }
 
 /// Prints the results. Returns whether all bounds are kept.
+///
+/// # Errors
+/// If stdout cannot be written to.
 pub fn tell(results: &Results, bounds: &[Bound], json: bool) -> anyhow::Result<Outcome> {
     let exceeded = exceeded(results, bounds);
     if json {

@@ -93,6 +93,9 @@ pub struct HiArgs {
 
 impl HiArgs {
     /// Resolves the arguments. Reads nothing.
+    ///
+    /// # Errors
+    /// If flags contradict each other.
     pub fn resolve(low: LowArgs, techniques: Techniques) -> anyhow::Result<Self> {
         ensure!(
             !low.scenes.is_empty() || low.all || low.conformance,
@@ -115,6 +118,9 @@ impl HiArgs {
 }
 
 /// Returns an error, because this build has no drivers.
+///
+/// # Errors
+/// Always.
 #[cfg(not(feature = "wgpu"))]
 pub fn run(_args: &HiArgs) -> anyhow::Result<crate::cli::Outcome> {
     anyhow::bail!("not run: {}", crate::cli::drivers::WITHOUT)

@@ -51,6 +51,9 @@ struct FrameReport {
 }
 
 /// Runs the cross-check and prints the results.
+///
+/// # Errors
+/// If there is no driver, a frame cannot be built or run, or a picture cannot be written.
 pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     interrupt::install()?;
     let adapter = match find_adapter(args.adapter.as_deref()) {

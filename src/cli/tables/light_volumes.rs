@@ -94,6 +94,9 @@ struct Measured {
 }
 
 /// Measures all cells, then prints them.
+///
+/// # Errors
+/// If a scene cannot be loaded or rendered, or stdout cannot be written to.
 pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
     let scenes: Vec<Scene> = VIEWS.iter().map(|view| techniques.load(&low.scenes.join(view.scene))).collect::<Result<_, _>>()?;
     let progress = Progress::new((VIEWS.len() * MESHES.len() * WAYS.len()) as u64);

@@ -44,6 +44,9 @@ impl Cell {
 }
 
 /// Measures frames of an unchanged scene on all cores.
+///
+/// # Errors
+/// If a frame cannot be built or run.
 pub fn measure(scene: &Scene, technique: &str, frames: u32, passes: &'static str) -> anyhow::Result<Cell> {
     let options = RenderOptions { technique: technique.to_owned(), ..RenderOptions::default() };
     let mut renderer = Renderer::new(scene, &options)?;

@@ -38,6 +38,9 @@ enum Paper {
 }
 
 /// Measures and prints the tables.
+///
+/// # Errors
+/// If a scene cannot be loaded or rendered, or stdout cannot be written to.
 pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
     interrupt::install()?;
     match low.paper {

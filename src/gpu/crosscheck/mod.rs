@@ -126,6 +126,10 @@ pub(crate) struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
+    /// A pair before its first pass: contents are the frames' initial contents.
+    ///
+    /// # Errors
+    /// If the frame is not valid or the device cannot hold it.
     pub fn new(gpu: &'a Gpu, device: &'a Device, on_cpu: &'a Frame, on_gpu: &'a Frame, mode: Mode) -> Result<Self, GpuError> {
         let pipelines = pipelines(on_cpu).map_err(FrameError::from)?;
         let expected = Contents::initial(on_cpu).map_err(FrameError::from)?;
