@@ -14,7 +14,7 @@ use crate::api::texture_descriptor::{TextureDescriptor, TextureError, TextureSha
 #[derive(Clone, Copy, Debug)]
 enum Surfaces<'a> {
     All(&'a [Surface]),
-    /// All but those that are drawn to, which are `None`.
+    /// All surfaces, with `None` in place of those that are drawn to.
     Unattached(&'a [Option<&'a Surface>]),
 }
 
