@@ -154,6 +154,23 @@ impl<L: Lanes> V3<L> {
     }
 }
 
+impl<L: Lanes> V4<L> {
+    /// The same four numbers in every lane.
+    #[inline(always)]
+    pub fn from_array(token: L::Token, [x, y, z, w]: [f32; 4]) -> Self {
+        v4(L::splat(token, x), L::splat(token, y), L::splat(token, z), L::splat(token, w))
+    }
+    /// `matrix · self`, where `matrix` is four columns; each row is summed left to right.
+    #[inline(always)]
+    pub fn transformed(self, matrix: &[[f32; 4]; 4]) -> Self {
+        v4(self.row(matrix, 0), self.row(matrix, 1), self.row(matrix, 2), self.row(matrix, 3))
+    }
+    #[inline(always)]
+    fn row(self, [x, y, z, w]: &[[f32; 4]; 4], row: usize) -> L {
+        self.x * x[row] + self.y * y[row] + self.z * z[row] + self.w * w[row]
+    }
+}
+
 impl<L: Copy> V4<L> {
     /// The first three components.
     #[inline(always)]

@@ -1,5 +1,52 @@
 //! The software GPU: from draws to attachments. Every stage is exact, and results have the same bytes on any number of threads and at any SIMD level.
 //!
+//! ```
+//! use nephroid_pipeline::prelude::*;
+//!
+//! /// Vertex shader: the position is attribute 0.
+//! struct Corner;
+//!
+//! impl VertexShader for Corner {
+//!     #[inline(always)]
+//!     fn vertex<L: Lanes>(&self, _: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
+//!         output.position = input.attribute(0);
+//!     }
+//! }
+//!
+//! /// Fragment shader: the same colour everywhere.
+//! struct Orange;
+//!
+//! impl FragmentShader for Orange {
+//!     #[inline(always)]
+//!     fn fragment<L: Lanes>(&self, _: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
+//!         output.color[0] = V4::from_array(input.token, [1.0, 0.2, 0.0, 1.0]);
+//!     }
+//! }
+//!
+//! fn main() -> Result<(), Box<dyn std::error::Error>> {
+//!     let device = Device::new(DeviceOptions::default())?;
+//!     let mut canvas = Canvas::new(&device, (8, 8), &[TextureFormat::Rgba8Unorm], None)?;
+//!     let pipeline = canvas.pipeline(Program::new("orange", Corner, Orange), |desc| {
+//!         desc.vertex_buffers = vec![VertexBufferLayout::packed(&[VertexFormat::Float32x2])];
+//!     })?;
+//!     // The lower left half of the canvas, counter-clockwise: in clip space y points up.
+//!     let corners = Buffer::from_slice(&[[-1.0f32, -1.0], [1.0, -1.0], [-1.0, 1.0]]);
+//!     let output = canvas.draw(vec![Draw {
+//!         vertex_buffers: &[VertexBuffer { buffer: &corners, offset: 0 }],
+//!         ..Draw::new(&pipeline, Bindings::default(), 0..3, canvas.size())
+//!     }])?;
+//!
+//!     // Row 0 is the top row. Pixels with their centre on the diagonal belong to the other half: the diagonal is neither a top nor a left edge.
+//!     assert_eq!(canvas.pixel(0, 2, 5), [1.0, 0.2, 0.0, 1.0]);
+//!     assert_eq!(canvas.pixel(0, 5, 5), [0.0; 4]);
+//!     assert_eq!(output.statistics.fragments_passed, 7 * 8 / 2);
+//!     Ok(())
+//! }
+//! ```
+//!
+//! `docs/examples/` has five programs of at most 60 lines, and `docs/examples.md` describes them: indices, textures and depth; counting in the
+//! stencil; adding in a float target; a test that compares a pass with a committed picture.
+//!
 //! Rooms, in the order in which a pass goes through them. A room uses only those above it in this table:
 //!
 //! | Room | What is in it |
@@ -11,10 +58,12 @@
 //! | `tile` | raster, depth and stencil, fragment, blend |
 //! | `run` | devices, and the order of all work in a pass |
 //! | [`frame`] | resources and passes as data, and the executor that runs them |
+//! | `canvas` | [`Canvas`]: targets, clears, draws and what they left, for tests and first programs |
 //!
 //! Not supported: multisampling, line and point polygon modes, conservative rasterization, storage writes from shaders.
 
 mod api;
+mod canvas;
 pub mod frame;
 mod geometry;
 mod primitive;
@@ -54,6 +103,9 @@ pub use api::texture_descriptor::{
 };
 pub use api::texture_view::{TextureView, TextureViewMut, Unattached};
 pub use api::{sampler, shader};
+pub use canvas::{Canvas, CanvasError};
+/// Lanes, vectors of lanes, elementary functions and random numbers: what shaders are written with.
+pub use nephroid_math as math;
 pub use run::device::{Device, DeviceError, DeviceOptions};
 pub use run::pass::run_pass;
 pub use tile::depth_stencil::stencil_operation;
@@ -62,4 +114,22 @@ pub use tile::depth_stencil::stencil_operation;
 pub mod state {
     pub use crate::api::rules::*;
     pub use crate::api::state::*;
+}
+
+/// Everything that a program which draws needs, for one `use nephroid_pipeline::prelude::*`: state, resources, shaders, [`Canvas`], lanes and
+/// vectors. Elementary functions and random numbers stay in [`math`].
+pub mod prelude {
+    pub use nephroid_math::lanes::{Lanes, Mask};
+    pub use nephroid_math::vector::{V2, V3, V4, v2, v3, v4};
+
+    pub use crate::sampler::{AddressMode, FilterMode, Sampler, load, sample_3d, sample_compare, sample_cube, sample_grad, sample_level};
+    pub use crate::shader::{
+        FragmentInput, FragmentOutput, FragmentShader, Geometry, GeometryInput, GeometryOutput, GeometryShader, Interpolation, Program,
+        Varying, VertexInput, VertexOutput, VertexShader,
+    };
+    pub use crate::state::*;
+    pub use crate::{
+        Binding, BindingKind, Bindings, Buffer, Canvas, Device, DeviceOptions, Draw, IndexBuffer, PassOutput, RenderPipeline,
+        RenderPipelineDescriptor, Texture, TextureDescriptor, TextureShape, VertexBuffer,
+    };
 }

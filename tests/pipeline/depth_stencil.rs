@@ -431,7 +431,9 @@ const OPERATIONS: [(StencilOperation, u32, u8); 14] = [
 #[test]
 fn stencil_operations() {
     for format in STENCIL_FORMATS {
-        for route in ROUTES {
+        // A format without depth takes none from a shader, either.
+        let takes_depth = format != TextureFormat::Stencil8;
+        for route in ROUTES.into_iter().filter(|route| takes_depth || !matches!(route, Route::WrittenDepth)) {
             for (operation, before, after) in OPERATIONS {
                 for which in ["fail", "depth fail", "pass"] {
                     let state = match which {

@@ -2,7 +2,7 @@
 //! have streamed out.
 
 use nephroid_pipeline::frame::{
-    AttachmentView, BindEntry, CpuExecutor, Executor as _, Frame, FrameError, Streamed, TextureId, TextureView,
+    AttachmentView, BindEntry, CpuExecutor, Executor as _, Frame, FrameError, ReferenceProblem, Streamed, TextureId, TextureView,
 };
 use nephroid_pipeline::state::TextureFormat;
 use nephroid_pipeline::{Device, DeviceOptions, Texture, TextureDescriptor, TextureError, TextureShape, TextureViewDescriptor};
@@ -17,8 +17,12 @@ fn drawn(frame: &Frame, texture: TextureId) -> Texture {
     executor().run(frame, None).expect("the frame is valid").texture(texture).clone()
 }
 
+fn reference(pass: &str, problem: ReferenceProblem) -> FrameError {
+    FrameError::Reference { pass: pass.to_owned(), problem }
+}
+
 fn refused(frame: &Frame) -> FrameError {
-    executor().run(frame, None).err().expect("the frame is refused")
+    executor().run(frame, None).expect_err("the frame is refused")
 }
 
 #[test]
@@ -103,33 +107,36 @@ fn frames_that_read_what_they_write_are_refused() {
     let (mut frame, texture) = frames::mip_chain();
     // Level 1 is drawn from all levels.
     frame.bind_groups[1].entries = vec![BindEntry::texture(texture)];
-    assert_eq!(refused(&frame).to_string(), "pass `level 1`: texture `chain` is read and drawn to in the same pass");
+    assert_eq!(refused(&frame), reference("level 1", ReferenceProblem::ReadAndDrawnTo { texture: "chain".into() }));
 
     let (mut frame, array) = frames::layers();
     let twice = frame.passes[0].color[0];
     frame.passes[0].color.push(twice);
-    assert_eq!(refused(&frame).to_string(), "pass `layer 0`: texture `array`, level 0, layer 0 is attached twice");
+    let twice = ReferenceProblem::AttachedTwice { texture: "array".into(), level: 0, layer: 0 };
+    assert_eq!(refused(&frame), reference("layer 0", twice));
     frame.passes[0].color.truncate(1);
     if let Some(target) = &mut frame.passes[0].color[0] {
         target.view = AttachmentView { texture: array, level: 1, layer: 0 };
     }
-    assert_eq!(refused(&frame).to_string(), "pass `layer 0`: attachment 0 is level 1 layer 0 of `array`");
+    let missing = ReferenceProblem::NoSurface { attachment: 0, texture: "array".into(), level: 1, layer: 0 };
+    assert_eq!(refused(&frame), reference("layer 0", missing));
 
     let mut streams = frames::streams(24, false);
     streams.frame.passes[2].stream_out = streams.frame.passes[0].stream_out.clone();
-    let expected = "pass `draw`: draw 0 reads buffer `stream`, to which the pass streams out";
-    assert_eq!(refused(&streams.frame).to_string(), expected);
+    assert_eq!(refused(&streams.frame), reference("draw", ReferenceProblem::DrawReadsStreamOut { draw: 0, buffer: "stream".into() }));
 }
 
 #[test]
 fn stream_out_that_does_not_fit_is_refused() {
     let mut streams = frames::streams(24, false);
     streams.frame.passes[0].draws[0].stream_out = Some(1);
-    assert_eq!(refused(&streams.frame).to_string(), "pass `stream`: draw 0 streams out to target Some(1) of 1");
+    assert_eq!(refused(&streams.frame), reference("stream", ReferenceProblem::NoStreamOutTarget { draw: 0, target: 1, count: 1 }));
     let mut streams = frames::streams(24, false);
     let target = streams.frame.passes[0].stream_out[0];
     streams.frame.passes[0].stream_out.push(target);
-    assert_eq!(refused(&streams.frame).to_string(), "pass `stream`: buffer `stream` is streamed out to twice");
+    let error = refused(&streams.frame);
+    assert_eq!(error, reference("stream", ReferenceProblem::StreamedOutTwice { buffer: "stream".into() }));
+    assert_eq!(error.to_string(), "pass `stream`: buffer `stream` is streamed out to twice");
 }
 
 #[test]

@@ -11,6 +11,7 @@ mod numbers;
 mod passes;
 
 mod blending;
+mod canvas;
 mod coverage;
 mod depth_stencil;
 mod drawing;

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 /// The folders of the crate, each of which may use those before it.
-const ROOMS: [&str; 7] = ["api", "primitive", "vendor", "geometry", "tile", "run", "frame"];
+const ROOMS: [&str; 8] = ["api", "primitive", "vendor", "geometry", "tile", "run", "frame", "canvas"];
 
 /// By file (`tile::raster`), the files of the crate that it uses.
 type Uses = BTreeMap<String, BTreeSet<String>>;

@@ -26,11 +26,19 @@ pub enum Binding<'a> {
     Sampler(Sampler),
 }
 
-/// The bindings of a draw, by binding number.
+impl<'a> Binding<'a> {
+    /// A uniform buffer from its first byte on, the same for every draw.
+    #[must_use]
+    pub const fn uniform(buffer: &'a Buffer) -> Self {
+        Self::Uniform { buffer, offset: 0, dynamic: false }
+    }
+}
+
+/// The bindings of a draw, by binding number. Default: none.
 ///
 /// The accessors panic if the binding is of another kind or too short. Pass validation compares every program's [`BindingKind`]s and sizes with the
 /// bound resources, so a shader of a validated pass never sees that.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Bindings<'a> {
     pub(crate) entries: &'a [Binding<'a>],
     pub(crate) dynamic_offset: usize,

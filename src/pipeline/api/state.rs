@@ -13,6 +13,18 @@ pub const ADD: BlendComponent =
 /// [`ADD`] for colour and alpha: every fragment adds its output to the pixel.
 pub const ADDITIVE: BlendState = BlendState { color: ADD, alpha: ADD };
 
+/// Tests depth with `compare` and writes the depth of what passes; no stencil, no bias.
+#[must_use]
+pub fn depth_test(format: TextureFormat, compare: CompareFunction) -> DepthStencilState {
+    DepthStencilState {
+        format,
+        depth_write_enabled: Some(true),
+        depth_compare: Some(compare),
+        stencil: StencilState::default(),
+        bias: DepthBiasState::default(),
+    }
+}
+
 /// Most colour targets of a pass. WebGPU's `maxColorAttachments` default.
 pub const MAX_COLOR_TARGETS: usize = 8;
 
@@ -85,6 +97,20 @@ pub struct VertexBufferLayout {
     pub step_mode: VertexStepMode,
     /// The attributes read from each element; `shader_location` is the index in `VertexInput::attributes`.
     pub attributes: Vec<VertexAttribute>,
+}
+
+impl VertexBufferLayout {
+    /// One element per vertex, made of these attributes without gaps: the first is at byte 0 and shader location 0, the next follow.
+    #[must_use]
+    pub fn packed(formats: &[VertexFormat]) -> Self {
+        let mut array_stride = 0;
+        let mut attributes = Vec::with_capacity(formats.len());
+        for (shader_location, &format) in (0..).zip(formats) {
+            attributes.push(VertexAttribute { format, offset: array_stride, shader_location });
+            array_stride += format.size();
+        }
+        Self { array_stride, step_mode: VertexStepMode::Vertex, attributes }
+    }
 }
 
 /// The kind of primitives that a geometry stage emits.

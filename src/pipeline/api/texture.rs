@@ -5,6 +5,7 @@ use crate::api::format::facts::FormatInfo;
 use crate::api::format::quantize::Quantizer;
 use crate::api::format::texel::{decode_texel, encode_texel};
 use crate::api::rules::F16Rounding;
+use crate::api::state::TextureFormat;
 use crate::api::surface::Surface;
 use crate::api::texture_descriptor::{TextureDescriptor, TextureError, TextureShape};
 
@@ -33,6 +34,28 @@ impl Texture {
             surfaces.extend((0..depth).map(|_| Surface::new(width, height, info)));
         }
         Ok(Self { desc, info, level_start, surfaces })
+    }
+
+    /// One 2D image of `size` (width and height, texels) with all its mip levels: `texel(x, y)` gives the numbers of level 0 as for
+    /// [`Self::set_texel`], and [`Self::generate_mips`] makes the other levels.
+    ///
+    /// # Errors
+    /// If the size or the format is not supported.
+    pub fn mipmapped(
+        label: impl Into<String>,
+        size: (u32, u32),
+        format: TextureFormat,
+        texel: impl Fn(u32, u32) -> [f32; 4],
+    ) -> Result<Self, TextureError> {
+        let mip_level_count = 32 - size.0.max(size.1).leading_zeros();
+        let mut texture = Self::new(TextureDescriptor { mip_level_count, ..TextureDescriptor::d2(label, size.0, size.1, format) })?;
+        for y in 0..size.1 {
+            for x in 0..size.0 {
+                texture.set_texel(0, 0, x, y, texel(x, y));
+            }
+        }
+        texture.generate_mips();
+        Ok(texture)
     }
 
     /// The description that the texture was made from.

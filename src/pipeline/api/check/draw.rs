@@ -222,7 +222,7 @@ fn vertex_buffer_problem(draw: &Draw<'_>) -> Option<DrawProblem> {
     }
     layouts.iter().zip(draw.vertex_buffers).enumerate().find_map(|(slot, (layout, bound))| {
         let (offset, bytes) = (bound.offset, bound.buffer.len());
-        if offset as u64 % VERTEX_ALIGNMENT != 0 {
+        if !(offset as u64).is_multiple_of(VERTEX_ALIGNMENT) {
             return Some(DrawProblem::VertexBufferOffset { slot, offset });
         }
         let range = if layout.step_mode == VertexStepMode::Instance { &draw.instances } else { &draw.vertices };

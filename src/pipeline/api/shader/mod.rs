@@ -11,6 +11,7 @@ pub(crate) mod program;
 pub(crate) mod stages;
 pub(crate) mod varying;
 pub(crate) mod vertex;
+pub(crate) mod vertex_color;
 
 pub use fragment::{FragmentInput, FragmentOutput, FragmentShader, PrimitiveAttributes, ShadeSource};
 pub use geometry::{Geometry, GeometryInput, GeometryOutput, GeometryShader, StageVertex};

@@ -22,6 +22,24 @@ pub struct Varying {
     pub interpolation: Interpolation,
 }
 
+impl Varying {
+    /// Scalars that are interpolated in perspective: linear in the world.
+    #[must_use]
+    pub const fn perspective(name: &'static str, components: usize) -> Self {
+        Self { name, components, interpolation: Interpolation::Perspective }
+    }
+    /// Scalars that are interpolated linearly on the screen.
+    #[must_use]
+    pub const fn linear(name: &'static str, components: usize) -> Self {
+        Self { name, components, interpolation: Interpolation::Linear }
+    }
+    /// Scalars of the provoking vertex.
+    #[must_use]
+    pub const fn flat(name: &'static str, components: usize) -> Self {
+        Self { name, components, interpolation: Interpolation::Flat }
+    }
+}
+
 /// The interpolation of each scalar of some varyings, in order.
 #[must_use]
 pub fn flatten_varyings(varyings: &[Varying]) -> Vec<Interpolation> {
