@@ -13,7 +13,7 @@ pub const ADD: BlendComponent =
 /// [`ADD`] for colour and alpha: every fragment adds its output to the pixel.
 pub const ADDITIVE: BlendState = BlendState { color: ADD, alpha: ADD };
 
-/// Tests depth with `compare` and writes the depth of what passes; no stencil, no bias.
+/// Depth state that tests with `compare` and writes the depth of fragments that pass; no stencil, no bias.
 #[must_use]
 pub fn depth_test(format: TextureFormat, compare: CompareFunction) -> DepthStencilState {
     DepthStencilState {
@@ -100,7 +100,7 @@ pub struct VertexBufferLayout {
 }
 
 impl VertexBufferLayout {
-    /// One element per vertex, made of these attributes without gaps: the first is at byte 0 and shader location 0, the next follow.
+    /// A layout with one element per vertex and these attributes without gaps: the first at byte 0 and shader location 0, the others following it.
     #[must_use]
     pub fn packed(formats: &[VertexFormat]) -> Self {
         let mut array_stride = 0;
