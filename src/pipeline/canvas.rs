@@ -1,4 +1,4 @@
-//! A canvas: targets of one size, draws to them, and reads them back. The shortest way to a pass, for tests and first programs.
+//! A canvas: it has targets of one size, draws to them and reads them back. The shortest way to a pass, for tests and first programs.
 //!
 //! A [`Canvas`] adds nothing to what [`run_pass`] does: it owns the textures, attaches all of them, and reads them. Stream-out, observers, and mip
 //! levels or layers as attachments need a [`Pass`] of their own.
