@@ -1,9 +1,9 @@
-//! How far a driver may be from the software GPU in the passes that techniques share. Each technique states its own passes.
+//! Bounds on the difference between a driver and the software GPU in the passes that techniques share. Each technique states those of its own passes.
 
 pub use nephroid_image::metrics::bounds::PassBounds;
 use nephroid_image::metrics::bounds::{CHAINED, CHAINED_LOOKED_UP, CHAINED_SEARCHED, INTERPOLATED, LOOKED_UP, SEARCHED, SHADED, VERTEX};
 
-/// Shared passes, by the start of their labels.
+/// Bounds of the shared passes, by the start of their labels.
 pub const SHARED: &[PassBounds] = &[
     PassBounds { pass: "geometry_buffer", vertices: VERTEX, textures: &[("", INTERPOLATED, INTERPOLATED)] },
     PassBounds { pass: "light_buffer", vertices: VERTEX, textures: &[("", INTERPOLATED, INTERPOLATED)] },

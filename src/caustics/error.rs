@@ -1,4 +1,4 @@
-//! Why a picture cannot be made.
+//! Errors of rendering.
 
 use std::error::Error;
 
@@ -6,46 +6,46 @@ use nephroid_pipeline::DeviceError;
 use nephroid_pipeline::frame::FrameError;
 use nephroid_scene::SceneError;
 
-/// Why a picture cannot be made.
+/// Why a picture cannot be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
-    /// No technique of that name.
+    /// No technique has the name.
     #[error("there is no technique `{seen}`; there are: {known}")]
     UnknownTechnique {
         /// The name seen.
         seen: String,
-        /// The names known.
+        /// The names that exist.
         known: String,
     },
-    /// No layer of that name.
+    /// The technique's frame has no such layer or attachment.
     #[error("`{technique}` has no layer or attachment `{seen}`; there are: {known}")]
     UnknownLayer {
         /// The technique.
         technique: &'static str,
         /// The name seen.
         seen: String,
-        /// The names known.
+        /// The names that exist.
         known: String,
     },
-    /// What only this technique refuses.
+    /// An error that only one technique has.
     #[error(transparent)]
     Technique(Box<dyn Error + Send + Sync>),
-    /// A mesh of the scene.
+    /// A mesh of the scene cannot be made or loaded.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The frame cannot run.
     #[error(transparent)]
     Frame(#[from] FrameError),
-    /// The threads cannot be started.
+    /// The worker threads cannot be started.
     #[error(transparent)]
     Device(#[from] DeviceError),
-    /// The result cannot be held as layers.
+    /// The results cannot be stored as layers.
     #[error(transparent)]
     Layer(#[from] nephroid_image::LayerError),
 }
 
 impl RenderError {
-    /// An error of one technique.
+    /// Wraps an error of one technique.
     pub fn of_technique(error: impl Error + Send + Sync + 'static) -> Self {
         Self::Technique(Box::new(error))
     }

@@ -1,8 +1,8 @@
-//! What scenes can ask of a technique beyond direct light, so that a technique can say what it does not draw.
+//! Kinds of light beyond direct light, by which a technique states what it can draw.
 
 use nephroid_scene::{Material, Scene};
 
-/// Light that a scene asks for.
+/// A kind of light that a scene contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
     /// Caustics of light that is refracted into water.
@@ -11,18 +11,18 @@ pub enum Feature {
     SpecularCaustics,
     /// Caustics of mirrors and glass beside water.
     SpecularCausticsBesideWater,
-    /// Light that smoke scatters and keeps.
+    /// Light that smoke scatters and absorbs.
     Smoke,
-    /// Colours that water or glass spread apart.
+    /// Dispersion in water or glass.
     Dispersion,
 }
 
 impl Feature {
-    /// All of them.
+    /// All features.
     pub const ALL: [Self; 5] =
         [Self::WaterCaustics, Self::SpecularCaustics, Self::SpecularCausticsBesideWater, Self::Smoke, Self::Dispersion];
 
-    /// Whether a scene asks for it.
+    /// Whether a scene contains this kind of light.
     #[must_use]
     pub fn is_asked_by(self, scene: &Scene) -> bool {
         let specular = || scene.objects.iter().any(|object| !matches!(object.material, Material::Diffuse { .. }));

@@ -1,4 +1,4 @@
-//! From a frame's textures to named layers: crops the margin, folds samples into pixels. Rows are made in parallel.
+//! From a frame's textures to named layers: crops the margin and reduces samples to pixels. Rows are computed in parallel.
 
 use nephroid_image::{Image, Layer, LayerError, LayerSet, STANDARD_LAYERS};
 use nephroid_pipeline::frame::{Frame, FrameOutput, TextureId};
@@ -6,7 +6,7 @@ use nephroid_pipeline::{Surface, Texture};
 
 use super::{LayerSource, Resolve, TechniqueFrame};
 
-/// The layers a frame was asked for: named ones in the caller's order, or all standard ones.
+/// The layers requested from a frame: the named ones in the caller's order, or all standard ones.
 pub(super) fn extract(built: &TechniqueFrame, output: &FrameOutput<'_>, names: Option<&[String]>) -> Result<LayerSet, LayerError> {
     let mut set = LayerSet::new();
     match names {
@@ -45,7 +45,7 @@ pub(super) fn attachment(frame: &Frame, name: &str) -> Option<TextureId> {
     views.into_iter().any(|v| v.texture == id).then_some(id)
 }
 
-/// Every `pass/attachment` of a frame.
+/// Names of all attachments of a frame, as `pass/attachment`.
 pub(super) fn attachment_names(frame: &Frame) -> Vec<String> {
     let mut names = Vec::new();
     for pass in &frame.passes {
@@ -56,7 +56,7 @@ pub(super) fn attachment_names(frame: &Frame) -> Vec<String> {
     names
 }
 
-/// An attachment as it is, margin and samples included.
+/// An attachment without any change, margin and samples included.
 fn raw(name: &str, texture: &Texture) -> Result<Layer, LayerError> {
     let surface = texture.surface(0, 0);
     let plane = |c: usize| Image::from_rows(surface.width, surface.height, |y, row| fill(row, |x| surface.get(x, y, c)));
@@ -64,7 +64,7 @@ fn raw(name: &str, texture: &Texture) -> Result<Layer, LayerError> {
     Layer::new(name, planes.map_err(|source| LayerError::Size { name: name.to_owned(), source })?)
 }
 
-/// Number `x` of a row is `value(x)`.
+/// Sets element `x` of a row to `value(x)`.
 fn fill(row: &mut [f32], value: impl Fn(u32) -> f32) {
     for (x, number) in row.iter_mut().enumerate() {
         *number = value(x as u32);
@@ -90,7 +90,7 @@ struct Pixel<'a> {
 }
 
 impl Pixel<'_> {
-    /// Sum of a channel over the pixel's samples, rows first.
+    /// Sum of a channel over the pixel's samples, row by row.
     fn sum(&self, x: u32, y: u32, c: usize) -> f32 {
         let mut sum = 0.0;
         for sy in 0..self.samples {

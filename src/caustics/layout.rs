@@ -1,4 +1,4 @@
-//! Layouts of structs that programs share with their WGSL twins, as a test compares them.
+//! Layouts of the structs that programs share with their WGSL twins; a test compares both.
 
 use nephroid_scene::PatternUniform;
 
@@ -14,7 +14,7 @@ use super::passes::rotating_filter::RotatingUniform;
 use super::passes::shadow_map::LightUniform;
 use super::passes::water_surface::WaterVertex;
 
-/// A struct as it lies in a buffer.
+/// The memory layout of a struct in a buffer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layout {
     /// Its name, the same in Rust and in WGSL.
@@ -25,7 +25,7 @@ pub struct Layout {
     pub fields: Vec<(&'static str, usize)>,
 }
 
-/// The [`Layout`] of a struct, from its name and those of all its fields.
+/// The [`Layout`] of a struct, from its name and the names of all its fields.
 #[macro_export]
 macro_rules! layout {
     ($type:ident: $($field:ident),+) => {

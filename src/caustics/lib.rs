@@ -1,9 +1,9 @@
 //! The techniques: each builds frames from a scene. One table, [`TECHNIQUES`], drives the command line, the reports, the docs and the tests.
 //!
-//! A technique is a folder here and a line of the table; nothing else knows its name. It states its settings as rows
-//! ([`nephroid_scene::settings!`]), what it draws ([`Feature`]), the variants that tests run, its bounds against drivers and the structs that it
-//! shares with WGSL ([`Technique`]), and builds frames ([`Builder`]). Whoever has techniques of their own makes a table of them
-//! ([`techniques!`], [`Techniques`]) and hands it to [`RenderOptions`] and to the command line.
+//! A technique is a folder here and a row of the table; nothing else knows its name. It states its settings as rows ([`nephroid_scene::settings!`]),
+//! the kinds of light it draws ([`Feature`]), the variants for tests, its bounds against drivers and the structs it shares with WGSL ([`Technique`]),
+//! and it builds frames ([`Builder`]). A program with techniques of its own makes a table of them ([`techniques!`], [`Techniques`]) and passes it to
+//! [`RenderOptions`] and to the command line.
 
 pub mod beams;
 pub mod bounds;

@@ -1,49 +1,50 @@
-//! What a technique hands over: a frame, and how its textures become layers.
+//! Output of a technique: a frame, and the assignment of its textures to layers.
 
 use nephroid_pipeline::frame::{Frame, TextureId};
 
-/// A frame and how to read its results.
+/// A frame and the sources of its layers.
 pub struct TechniqueFrame {
     /// The frame.
     pub frame: Frame,
-    /// Where each layer comes from.
+    /// Source of each layer.
     pub layers: Vec<LayerSource>,
-    /// Pixels beyond each edge of the picture, in samples.
+    /// Margin beyond each edge of the picture, in samples.
     pub margin: u32,
-    /// Samples along a pixel's side.
+    /// Samples along each side of a pixel.
     pub samples: u32,
-    /// Energy audit so far, in watts summed over RGB unless the name says otherwise.
+    /// Energy audit, in watts summed over RGB unless the name says otherwise. The renderer adds nothing to it.
     pub audit: Vec<(String, f64)>,
-    /// Counters so far.
+    /// Counters of frame building. The renderer adds those of the passes.
     pub counters: Vec<(String, u64)>,
-    /// Seconds that parts of building the frame took, by the clock given: of this run on this machine, and no part of the result.
+    /// Seconds that the parts of frame building took, by the clock of [`Builder::set_clock`](crate::Builder::set_clock). They depend on machine and
+    /// run, and are no part of the result.
     pub seconds: Vec<(&'static str, f64)>,
 }
 
-/// Where a layer comes from.
+/// The source of a layer.
 #[derive(Clone, Debug)]
 pub struct LayerSource {
     /// Name of the layer.
     pub name: &'static str,
     /// The texture.
     pub texture: TextureId,
-    /// Channels of it.
+    /// Number of its channels that the layer has.
     pub channels: usize,
-    /// How samples become a pixel.
+    /// How samples are reduced to a pixel.
     pub resolve: Resolve,
 }
 
-/// How samples become a pixel.
+/// How the samples of a pixel are reduced to one value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Resolve {
     /// Their mean.
     Mean,
     /// Their sum.
     Sum,
-    /// The sample next to the pixel's centre.
+    /// The value of the sample nearest to the pixel's centre.
     Nearest,
-    /// The mean vector, divided by its fourth channel: a mean weighted by it.
+    /// The mean vector divided by the mean of the fourth channel: a mean weighted by that channel.
     WeightedMean,
-    /// Distance of the nearest sample's position along the view axis, given as origin and direction; infinite where w = 0.
+    /// Distance of the nearest sample's position along the view axis, given by origin and direction; infinite where w = 0.
     Depth(glam::Vec3, glam::Vec3),
 }

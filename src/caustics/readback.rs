@@ -1,9 +1,9 @@
-//! Counts that are needed while a frame is built.
+//! Counts that a technique needs while it builds a frame.
 //!
-//! What a technique draws may depend on how many samples of a shape pass a depth test. The technique describes such queries as data
-//! ([`OcclusionQueries`]) and never draws by itself: [`ask`] runs the passes on the device that builds the frame, returns the counts, and
-//! appends the same passes to the frame with their output cached ([`Pass::cached`]). The software GPU returns the cached output; other
-//! executors and the cross-check count for themselves.
+//! The draws of a technique may depend on how many samples of a shape pass a depth test. The technique describes such queries as data
+//! ([`OcclusionQueries`]) and never draws directly: [`ask`] runs the passes on the device that builds the frame, returns the counts, and appends
+//! the same passes to the frame with cached output ([`Pass::cached`]). The software GPU returns the cached output; other executors and the
+//! cross-check run the passes and count.
 
 use nephroid_pipeline::frame::{
     BindGroupId, Contents, DepthStencilAttachment, Draw, Frame, FrameError, Pass, PipelineId, TextureId, check_references, pipelines,
@@ -11,25 +11,25 @@ use nephroid_pipeline::frame::{
 };
 use nephroid_pipeline::{Device, LoadOp, RenderPipeline};
 
-/// Most queries of a pass: drivers that count in colour targets have room for that many.
+/// Most queries of a pass: drivers count in colour targets, which have room for this many.
 pub const QUERIES_PER_PASS: usize = 32;
 
-/// Shapes that are tested against a depth buffer, as data.
+/// Shapes to be tested against a depth buffer, as data.
 pub struct OcclusionQueries {
-    /// Resources of all passes, and the passes that fill the depth buffer. Ids below are ids of this frame. Its rules are replaced by those of
-    /// the frame that is built.
+    /// Resources of all passes, and the passes that fill the depth buffer. The ids in the other fields refer to this frame. Its rules are replaced by
+    /// those of the frame that is being built.
     pub occluders: Frame,
     /// The depth buffer.
     pub depth: TextureId,
-    /// Draws a shape; it must neither write depth nor have a fragment shader that discards.
+    /// Pipeline that draws a shape. It must neither write depth nor have a fragment shader that discards.
     pub pipeline: PipelineId,
     /// Bindings of that pipeline.
     pub bindings: BindGroupId,
-    /// Vertices of each shape: shape k has the vertices `k·n..(k+1)·n`.
+    /// Vertices n of each shape: shape k has the vertices `k·n..(k+1)·n`.
     pub shape_vertices: u32,
 }
 
-/// Runs queries and keeps their passes.
+/// Runs queries and records their passes.
 pub struct Counter<'a> {
     device: &'a Device,
     queries: OcclusionQueries,
@@ -37,7 +37,7 @@ pub struct Counter<'a> {
     contents: Contents,
 }
 
-/// Draws the occluders, lets `questions` count shapes, and appends all passes to `frame`, with the counts cached.
+/// Draws the occluders, calls `questions` to count samples of shapes, and appends all passes to `frame`, with the counts cached.
 ///
 /// # Errors
 /// If the passes are invalid or cannot run.
@@ -61,7 +61,7 @@ pub fn ask<R>(
 }
 
 impl Counter<'_> {
-    /// Samples of each shape that pass the depth test. The passes are named `LABEL part K`.
+    /// Number of samples of each shape that pass the depth test. The passes are named `LABEL part K`.
     ///
     /// # Errors
     /// If a pass cannot run.

@@ -1,4 +1,4 @@
-//! A scene's objects as the passes draw them: one world-space mesh, and a run of its indices per object.
+//! A scene's objects as passes draw them: one world-space mesh, with a range of indices per object.
 
 use std::sync::Arc;
 
@@ -14,24 +14,26 @@ use nephroid_scene::{Light, Material, Object, Scene, SceneError};
 /// One object's part of the mesh.
 #[derive(Clone, Debug)]
 pub struct ReceiverGroup {
-    /// What it does with light.
+    /// The object's material.
     pub material: Material,
-    /// Places in the mesh's indices.
+    /// Range of the mesh's indices.
     pub indices: std::ops::Range<u32>,
-    /// Whether all of it is under water and no light from above could pass it and reach something dry: then it casts no shadow through air.
+    /// Whether the whole object is under water, and no light from above can pass it and reach a point above water. It then casts no shadow through
+    /// air.
     pub submerged: bool,
 }
 
-/// All receivers of a scene. Static: made once, shared by all frames of an animation.
+/// All receivers of a scene. They are static: made once and shared by all frames of an animation.
 #[derive(Clone, Debug)]
 pub struct Receivers {
     /// World-space mesh of all objects, one after the other.
     pub mesh: Mesh,
-    /// The mesh's vertices for shaders, as [`ReceiverVertex`]; one unused vertex if there is none, because a storage binding holds at least one.
+    /// The mesh's vertices as [`ReceiverVertex`], for shaders. Without vertices there is one unused element, because a storage binding has at least
+    /// one.
     pub vertices: Arc<Buffer>,
-    /// The mesh's indices for draws, 32 bits.
+    /// The mesh's 32-bit indices, for draws.
     pub indices: Arc<Buffer>,
-    /// Per object.
+    /// One group per object.
     pub groups: Vec<ReceiverGroup>,
     /// World-space bounds of the mesh.
     pub bounds: Aabb,
@@ -40,8 +42,9 @@ pub struct Receivers {
 }
 
 impl Receivers {
-    /// Makes or loads every object's mesh, several at a time; of several errors the first object's is reported. Triangles that cross `cut_y` are
-    /// cut there, so that what is under water can be raised (see [`crate::passes::camera::CameraUniform::raise`]) without bending what is above.
+    /// Makes or loads every object's mesh, several at a time. If several fail, the first object's error is returned. Triangles that cross height
+    /// `cut_y` are cut there, so that the part under water can be raised (see [`crate::passes::camera::CameraUniform::raise`]) without bending the
+    /// part above.
     ///
     /// # Errors
     /// If a mesh cannot be made or loaded.
@@ -73,7 +76,7 @@ impl Receivers {
         })
     }
 
-    /// The groups that can cast a shadow of this light on something dry, or on the water surface.
+    /// The groups that can cast a shadow of this light on a point above water or on the water surface.
     pub fn air_casters<'a>(&'a self, light: &Light, level_y: f32) -> impl Iterator<Item = &'a ReceiverGroup> + use<'a> {
         let from_above = match *light {
             Light::Directional { .. } => light.incident(Vec3::ZERO).direction_ws.y < 0.0,
@@ -88,7 +91,7 @@ impl Receivers {
         indices.iter().map(|&i| self.mesh.positions[i as usize])
     }
 
-    /// Positions of the triangle whose indices begin at a place.
+    /// Positions of the triangle whose first index has this position among the indices.
     #[must_use]
     pub fn triangle_at(&self, first: u32) -> [Vec3; 3] {
         let first = first as usize;
@@ -100,7 +103,7 @@ fn receiver_vertex(position: Vec3, normal: Vec3) -> ReceiverVertex {
     ReceiverVertex { position_ws: position.extend(1.0), normal_ws: normal.extend(0.0) }
 }
 
-/// Appends a mesh, cut at a height.
+/// Appends a mesh, cut at a height if one is given.
 fn append(all: &mut Mesh, mesh: &Mesh, cut_y: Option<f32>) {
     let first = all.positions.len() as u32;
     all.positions.extend_from_slice(&mesh.positions);
@@ -134,7 +137,7 @@ fn append_cut(all: &mut Mesh, vertices: [PolygonVertex; 3], above: [bool; 3], cu
                 polygon.push(here);
             }
             if above[i] != above[(i + 1) % 3] {
-                // From above to below on every edge, so that both triangles of the edge compute the same new vertex.
+                // Every edge is traversed from above to below, so both triangles of the edge compute the same new vertex.
                 let (high, low) = if above[i] { (here, next) } else { (next, here) };
                 let t = (high.position.y - cut) / (high.position.y - low.position.y);
                 let mut position = high.position + (low.position - high.position) * t;
@@ -157,7 +160,7 @@ fn append_polygon(all: &mut Mesh, vertices: &[PolygonVertex]) {
     }
 }
 
-/// Marks groups that are wholly under water, if nothing beside the water lies below its level.
+/// Marks groups that are wholly under water, unless a receiver outside of the water's extent lies below the water's level.
 fn find_submerged(all: &Mesh, groups: &mut [ReceiverGroup], water: &Water) {
     let is_low = |p: &Vec3| p.y < water.level_m;
     let (min, max) = water.extent_ws();

@@ -1,4 +1,4 @@
-//! Renders frames of one scene with one technique.
+//! The renderer: frames of one scene by one technique.
 
 use nephroid_image::LayerSet;
 use nephroid_pipeline::frame::{CpuExecutor, Executor, FrameObserver};
@@ -8,18 +8,18 @@ use nephroid_scene::Scene;
 use super::technique::{Builder, Technique};
 use super::{RenderError, TECHNIQUES, TechniqueFrame, Techniques, layers};
 
-/// How to render.
+/// Options of rendering.
 #[derive(Clone, Debug)]
 pub struct RenderOptions {
     /// Name of the technique. Default: the first of [`TECHNIQUES`].
     pub technique: String,
     /// The techniques to choose from. Default: [`TECHNIQUES`].
     pub techniques: Techniques,
-    /// Threads, level, bins. Default: the machine's.
+    /// Threads, SIMD level and bin budget. Default: the machine's threads and level.
     pub device: DeviceOptions,
-    /// Most bytes that a frame may take. Default: 4 GiB.
+    /// Largest memory of a frame, bytes. Default: 4 GiB.
     pub memory_limit_bytes: u64,
-    /// Names of the layers wanted: standard ones, or `pass/attachment`; `None` for all standard ones. Default: `None`.
+    /// Names of the wanted layers: standard layers, or `pass/attachment`; `None` for all standard layers. Default: `None`.
     pub layers: Option<Vec<String>>,
 }
 
@@ -35,20 +35,20 @@ impl Default for RenderOptions {
     }
 }
 
-/// A finished picture.
+/// The results of one frame.
 #[derive(Debug)]
 pub struct Rendered {
-    /// The layers asked for.
+    /// The wanted layers.
     pub layers: LayerSet,
-    /// What was counted, in the order of the frame.
+    /// Counters: those of frame building, then those of the passes in order.
     pub counters: Vec<(String, u64)>,
-    /// Where the light went, in watts summed over RGB.
+    /// Energy audit, in watts summed over RGB.
     pub audit: Vec<(String, f64)>,
-    /// Per pass: its label and what it counted.
+    /// Label and output of each pass.
     pub passes: Vec<(String, PassOutput)>,
 }
 
-/// Renders frames of one scene. Keeps what does not change between them.
+/// Renders frames of one scene with one technique. Data that frames share is kept.
 pub struct Renderer {
     technique: &'static dyn Technique,
     executor: Box<dyn Executor>,
@@ -57,28 +57,34 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Loads meshes and starts threads.
+    /// Loads the scene's meshes and starts worker threads.
+    ///
+    /// # Errors
+    /// If the technique is unknown, a mesh cannot be loaded, the technique refuses the scene, or the threads cannot be started.
     pub fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, RenderError> {
-        // Leave room for the resources under a tight limit: bins work in waves and need little.
+        // Under a tight memory limit, leave room for the resources: bins work in waves and need little.
         let mut device = options.device;
         device.bin_budget_bytes = device.bin_budget_bytes.min((options.memory_limit_bytes / 4) as usize);
         let executor = CpuExecutor::new(Device::new(device)?, options.memory_limit_bytes);
         Self::with_executor(scene, options, Box::new(executor))
     }
 
-    /// Loads meshes; frames run on the executor, whose device and memory limit are used instead of those of the options.
+    /// Loads the scene's meshes. Frames run on `executor`; the device options and the memory limit in `options` are ignored.
+    ///
+    /// # Errors
+    /// If the technique is unknown, a mesh cannot be loaded, or the technique refuses the scene.
     pub fn with_executor(scene: &Scene, options: &RenderOptions, executor: Box<dyn Executor>) -> Result<Self, RenderError> {
         let technique = options.techniques.find(&options.technique)?;
         let builder = executor.device().install(|| technique.prepare(scene))?;
         Ok(Self { technique, executor, builder, layers: options.layers.clone() })
     }
 
-    /// Gives the technique a clock, in seconds: see [`TechniqueFrame::seconds`].
+    /// Sets the clock (seconds) that times frame building, see [`TechniqueFrame::seconds`].
     pub fn set_clock(&mut self, clock: fn() -> f64) {
         self.builder.set_clock(clock);
     }
 
-    /// Names of the layers that are wanted.
+    /// Names of the wanted layers.
     fn wanted(&self) -> Vec<&str> {
         match &self.layers {
             Some(names) => names.iter().map(String::as_str).collect(),
@@ -91,7 +97,10 @@ impl Renderer {
         device.install(|| builder.frame(scene, device, layers))
     }
 
-    /// Builds the frame of a scene without running it.
+    /// Builds the frame of a scene without running it. The scene may differ from the loaded one in time, lights, camera and medium.
+    ///
+    /// # Errors
+    /// If the technique cannot build the frame.
     pub fn build(&mut self, scene: &Scene) -> Result<TechniqueFrame, RenderError> {
         let wanted: Vec<String> = self.wanted().iter().map(|s| (*s).to_owned()).collect();
         let wanted: Vec<&str> = wanted.iter().map(String::as_str).collect();
@@ -99,6 +108,9 @@ impl Renderer {
     }
 
     /// Renders a picture and its layers.
+    ///
+    /// # Errors
+    /// If the frame cannot be built or run, or if it lacks a wanted layer.
     pub fn render(&mut self, scene: &Scene, observer: Option<&mut dyn FrameObserver>) -> Result<Rendered, RenderError> {
         let built = self.build(scene)?;
         self.check_layers(&built)?;
@@ -114,7 +126,10 @@ impl Renderer {
         Ok(Rendered { layers, counters, audit: built.audit, passes })
     }
 
-    /// Runs the frame without reading anything back: what a frame costs. Returns what was run.
+    /// Runs a frame without reading results back, to measure its cost. Returns the frame.
+    ///
+    /// # Errors
+    /// If the frame cannot be built or run.
     pub fn run(&mut self, scene: &Scene, observer: Option<&mut dyn FrameObserver>) -> Result<TechniqueFrame, RenderError> {
         let built = self.built(scene, &["color"])?;
         self.executor.run(&built.frame, observer)?;

@@ -1,4 +1,4 @@
-//! Tables of techniques: the library's own, and those of whoever adds to it.
+//! Tables of techniques: the library's own, and those of other programs.
 
 use std::ops::Deref;
 use std::path::Path;
@@ -34,55 +34,67 @@ impl Techniques {
     }
 
     /// Finds a technique by name.
+    ///
+    /// # Errors
+    /// [`RenderError::UnknownTechnique`].
     pub fn find(self, name: &str) -> Result<&'static dyn Technique, RenderError> {
         let found = self.0.iter().find(|technique| technique.name() == name).copied();
         let known = || self.names().collect::<Vec<_>>().join(", ");
         found.ok_or_else(|| RenderError::UnknownTechnique { seen: name.to_owned(), known: known() })
     }
 
-    /// The tables of settings that a scene for these techniques may use.
+    /// The settings tables that a scene file for these techniques may use.
     #[must_use]
     pub fn known_settings(self) -> Vec<&'static dyn Settings> {
         self.0.iter().map(|technique| technique.settings()).collect()
     }
 
-    /// Every key of `--set`.
+    /// All keys of `--set`.
     #[must_use]
     pub fn settings(self) -> Vec<Setting> {
         nephroid_scene::settings(self.known_settings())
     }
 
     /// Reads a scene file: [`nephroid_scene::load`] with the settings of these techniques.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is not valid.
     pub fn load(self, file: &Path) -> Result<Scene, SceneError> {
         nephroid_scene::load(file, &self.known_settings())
     }
 
-    /// Reads a scene from a text: [`nephroid_scene::parse`] with the settings of these techniques.
+    /// Reads a scene from text: [`nephroid_scene::parse`] with the settings of these techniques.
+    ///
+    /// # Errors
+    /// If the text is not valid.
     pub fn parse(self, text: &str, file: &str, base_dir: &Path) -> Result<Scene, SceneError> {
         nephroid_scene::parse(text, file, base_dir, &self.known_settings())
     }
 
     /// Reads a scene from bytes: [`nephroid_scene::parse_bytes`] with the settings of these techniques.
+    ///
+    /// # Errors
+    /// If the bytes are not UTF-8 or not a valid scene.
     pub fn parse_bytes(self, bytes: &[u8], file: &str, base_dir: &Path) -> Result<Scene, SceneError> {
         nephroid_scene::parse_bytes(bytes, file, base_dir, &self.known_settings())
     }
 
-    /// How far a driver may be from the software GPU, pass by pass: in those that techniques share, and in their own.
+    /// Bounds on the difference between a driver and the software GPU, by pass: those of shared passes, then those of the techniques.
     #[must_use]
     pub fn bounds(self) -> Vec<PassBounds> {
         bounds::SHARED.iter().chain(self.0.iter().flat_map(|technique| technique.bounds())).copied().collect()
     }
 
-    /// The structs that programs share with their WGSL twins: those of shared passes, and the techniques' own.
+    /// Structs that programs share with their WGSL twins: those of shared passes, then those of the techniques.
     #[must_use]
     pub fn layouts(self) -> Vec<Layout> {
         layout::shared().into_iter().chain(self.0.iter().flat_map(|technique| technique.layouts())).collect()
     }
 }
 
-/// Declares techniques: each name is a module beside this line, and its constant `TECHNIQUE` a line of the table.
+/// Declares techniques: each name is a module beside this line, and the module's constant `TECHNIQUE` becomes a row of the table.
 ///
-/// `rustfmt` does not look into modules that a macro declares; `.ci/run` names their files to it.
+/// `rustfmt` does not format modules that a macro declares; `.ci/run` passes their files to it.
 #[macro_export]
 macro_rules! techniques {
     ($(#[$meta:meta])* $vis:vis const $table:ident = [$($module:ident),+ $(,)?];) => {

@@ -1,8 +1,8 @@
-//! Values of flags: how one word of the command line becomes a number, a size or a setting.
+//! Values of flags: converts words of the command line to numbers, sizes and settings.
 
 use crate::scene::{MAX_IMAGE_PX, MAX_TIME_S};
 
-/// Most threads that can be asked for.
+/// Largest number of threads that can be requested.
 pub const MAX_THREADS: u16 = 1024;
 
 /// Width and height of the image, in pixels, each in `1..=MAX_IMAGE_PX`.
@@ -17,13 +17,16 @@ pub struct ImageSize {
 /// One `--set KEY=VALUE`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SettingArgument {
-    /// What to change: field names joined by dots.
+    /// Key of the setting: field names joined by dots.
     pub key: String,
-    /// The new value, as a scene file would write it.
+    /// The new value, in the syntax of scene files.
     pub value: String,
 }
 
-/// `WxH`, such as `1280x720`.
+/// Parses `WxH`, such as `1280x720`.
+///
+/// # Errors
+/// With a message that states the allowed form and range.
 pub fn image_size(text: &str) -> Result<ImageSize, String> {
     let side = |text: &str| text.parse().ok().filter(|side| (1..=MAX_IMAGE_PX).contains(side));
     match text.split_once('x').map(|(width, height)| (side(width), side(height))) {
@@ -32,7 +35,10 @@ pub fn image_size(text: &str) -> Result<ImageSize, String> {
     }
 }
 
-/// `KEY=VALUE`; only the first `=` separates.
+/// Parses `KEY=VALUE`; only the first `=` separates.
+///
+/// # Errors
+/// With a message if there is no `=`, or if key or value is empty.
 pub fn setting(text: &str) -> Result<SettingArgument, String> {
     match text.split_once('=').map(|(key, value)| (key.trim(), value.trim())) {
         Some((key, value)) if !key.is_empty() && !value.is_empty() => Ok(SettingArgument { key: key.to_owned(), value: value.to_owned() }),
@@ -40,7 +46,10 @@ pub fn setting(text: &str) -> Result<SettingArgument, String> {
     }
 }
 
-/// A number of seconds that a scene can have.
+/// Parses a number of seconds in the range that scenes allow.
+///
+/// # Errors
+/// With a message that states the allowed range.
 pub fn seconds(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(seconds) if (0.0..=MAX_TIME_S).contains(&seconds) => Ok(seconds),
@@ -48,7 +57,10 @@ pub fn seconds(text: &str) -> Result<f32, String> {
     }
 }
 
-/// A number of something that may be large: digits, perhaps with a `k`, `M` or `G`, such as `50M`; at least 1.
+/// Parses a count that may be large: digits, optionally followed by `k`, `M` or `G`, such as `50M`; at least 1.
+///
+/// # Errors
+/// With a message that states the allowed form and range.
 pub fn large_count(text: &str) -> Result<u64, String> {
     let (digits, factor) = match text.char_indices().last() {
         Some((at, 'k')) => (&text[..at], 1_000),
@@ -62,10 +74,13 @@ pub fn large_count(text: &str) -> Result<u64, String> {
         .ok_or_else(|| format!("expected a whole number from 1 to {MAX_COUNT}, such as 50M"))
 }
 
-/// Most photons that can be asked for.
+/// Largest count that can be requested.
 const MAX_COUNT: u64 = 1_000_000_000_000_000;
 
-/// A time to spend, in seconds: above 0, at most a year.
+/// Parses a time limit in seconds: above 0, at most a year.
+///
+/// # Errors
+/// With a message that states the allowed range.
 pub fn time_limit(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(seconds) if seconds > 0.0 && seconds <= 31_536_000.0 => Ok(seconds),
@@ -73,7 +88,10 @@ pub fn time_limit(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A share: above 0, at most 1.
+/// Parses a share: above 0, at most 1.
+///
+/// # Errors
+/// With a message that states the allowed range.
 pub fn share(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(share) if share > 0.0 && share <= 1.0 => Ok(share),
@@ -81,7 +99,10 @@ pub fn share(text: &str) -> Result<f64, String> {
     }
 }
 
-/// The name of a layer.
+/// Parses the name of a layer.
+///
+/// # Errors
+/// With a message if no layer can have the name.
 pub fn layer_name(text: &str) -> Result<String, String> {
     if text.is_empty() || !text.bytes().all(|byte| byte.is_ascii_graphic()) {
         return Err("expected names of visible ASCII characters, separated by commas".to_owned());

@@ -1,4 +1,4 @@
-//! The one place where the command line meets real drivers; in builds without them, where it says so.
+//! The interface between the command line and drivers. In builds without drivers, every function returns an error.
 
 use serde::Serialize;
 
@@ -8,21 +8,24 @@ use crate::pipeline::DeviceOptions;
 /// One line of `list adapters`.
 #[derive(Debug, Serialize)]
 pub struct AdapterLine {
-    /// The device.
+    /// Name of the device.
     pub name: String,
-    /// The driver.
+    /// Name of the driver.
     pub driver: String,
-    /// The driver's version.
+    /// Version of the driver.
     pub version: String,
-    /// `Cpu`, `DiscreteGpu`, ...
+    /// Kind of device: `Cpu`, `DiscreteGpu`, ...
     pub kind: String,
-    /// The rasterizer rules that it is compared under.
+    /// Name of the rasterization rules that the adapter is compared under.
     pub rules: &'static str,
-    /// Features that frames can ask for and this adapter lacks, separated by spaces.
+    /// Features that frames may need and the adapter lacks, separated by spaces.
     pub missing: String,
 }
 
-/// All adapters. Having none is an error: whoever lists them needs one.
+/// All adapters.
+///
+/// # Errors
+/// If there is none.
 #[cfg(feature = "wgpu")]
 pub fn adapters() -> anyhow::Result<Vec<AdapterLine>> {
     use crate::gpu;
@@ -36,7 +39,10 @@ pub fn adapters() -> anyhow::Result<Vec<AdapterLine>> {
     if lines.is_empty() { Err(gpu::GpuError::NoAdapter.into()) } else { Ok(lines) }
 }
 
-/// An executor on the first adapter whose name contains this, or the first of all.
+/// An executor on the first adapter whose name contains `name`; on the first adapter for `None`.
+///
+/// # Errors
+/// If there is no such adapter, the driver refuses to open the device, or the threads cannot be started.
 #[cfg(feature = "wgpu")]
 pub fn executor(name: Option<&str>, options: DeviceOptions, memory_limit_bytes: u64) -> anyhow::Result<Box<dyn Executor>> {
     use crate::gpu::{Gpu, GpuExecutor, find_adapter};
@@ -44,17 +50,17 @@ pub fn executor(name: Option<&str>, options: DeviceOptions, memory_limit_bytes: 
     Ok(Box::new(GpuExecutor::new(gpu, crate::pipeline::Device::new(options)?, memory_limit_bytes)))
 }
 
-/// What a build without drivers answers.
+/// The error of builds without drivers.
 #[cfg(not(feature = "wgpu"))]
 pub const WITHOUT: &str = "this build has no drivers; build it with `cargo build --release --features wgpu`";
 
-/// An error: this build has no drivers.
+/// Returns an error: this build has no drivers.
 #[cfg(not(feature = "wgpu"))]
 pub fn adapters() -> anyhow::Result<Vec<AdapterLine>> {
     anyhow::bail!(WITHOUT)
 }
 
-/// An error: this build has no drivers.
+/// Returns an error: this build has no drivers.
 #[cfg(not(feature = "wgpu"))]
 pub fn executor(_name: Option<&str>, _options: DeviceOptions, _memory_limit_bytes: u64) -> anyhow::Result<Box<dyn Executor>> {
     anyhow::bail!(WITHOUT)

@@ -1,4 +1,4 @@
-//! The files that a verb writes: their names, their kinds, and the folder they go to by default.
+//! Files that a verb writes: names, formats and the default folder.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -6,28 +6,31 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail, ensure};
 
-/// Folder of the files when no `-o` is given.
+/// Folder of the files if no `-o` is given.
 pub const DEFAULT_FOLDER: &str = "out";
 
-/// What kind of file an output is.
+/// Format of an output file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// A picture to look at.
+    /// A picture for looking at.
     Png,
-    /// Layers to measure.
+    /// Layers for measuring.
     Exr,
 }
 
 /// One file to write.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Output {
-    /// Where.
+    /// Path of the file.
     pub path: PathBuf,
-    /// What kind.
+    /// Format of the file.
     pub format: Format,
 }
 
-/// `out/STEM.png` and `out/STEM.exr`, STEM being the scene's name and `suffix`.
+/// `out/STEM.png` and `out/STEM.exr`, where STEM is the scene's name followed by `suffix`.
+///
+/// # Errors
+/// If the path has no file name.
 pub fn default_outputs(scene: &Path, suffix: &str) -> anyhow::Result<Vec<Output>> {
     let stem = scene.file_stem().with_context(|| format!("{} does not name a scene file", scene.display()))?;
     let output = |extension: &str, format| {
@@ -39,7 +42,10 @@ pub fn default_outputs(scene: &Path, suffix: &str) -> anyhow::Result<Vec<Output>
     Ok(vec![output(".png", Format::Png), output(".exr", Format::Exr)])
 }
 
-/// The files of `-o`: known extensions, none twice.
+/// The files given by `-o`. Extensions must be known, and no file may be named twice.
+///
+/// # Errors
+/// If an extension is unknown or a file is named twice.
 pub fn chosen_outputs(paths: Vec<PathBuf>) -> anyhow::Result<Vec<Output>> {
     let mut outputs: Vec<Output> = Vec::new();
     for path in paths {
@@ -55,7 +61,10 @@ pub fn chosen_outputs(paths: Vec<PathBuf>) -> anyhow::Result<Vec<Output>> {
     Ok(outputs)
 }
 
-/// Makes the default folder unless it is there.
+/// Creates the default folder if it does not exist.
+///
+/// # Errors
+/// If the folder cannot be created.
 pub fn make_default_folder() -> anyhow::Result<()> {
     fs::create_dir_all(DEFAULT_FOLDER).with_context(|| format!("cannot make the folder {DEFAULT_FOLDER}"))
 }

@@ -1,8 +1,8 @@
-//! Ctrl-C and termination: stop at once, but never in the middle of a file.
+//! Ctrl-C and termination: the program stops at once, but never in the middle of writing a file.
 //!
-//! The handler runs in a thread of its own. It waits for the file being written, a matter of milliseconds because files are encoded in
-//! memory first, and ends the process while no temporary file exists. A flag polled by the renderer was the alternative: it would be
-//! slower to react, and every loop of the library would have to know of it.
+//! The handler runs in a thread of its own. It waits for the file that is being written (milliseconds, because files are encoded in memory first) and
+//! ends the process while no temporary file exists. Road not taken: a flag polled by the renderer would react more slowly, and every loop of the
+//! library would have to check it.
 
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,22 +10,28 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::Context as _;
 
-/// Exit code after an interrupt: 128 and the number of SIGINT, as shells have it.
+/// Exit code after an interrupt: 128 plus the number of SIGINT, as in shells.
 pub const EXIT_INTERRUPTED: u8 = 130;
 
-/// Held while a temporary file exists.
+/// Locked while a temporary file exists.
 static WRITING: Mutex<()> = Mutex::new(());
 
-/// Set by the first interrupt of a verb that keeps what it has.
+/// Set by the first interrupt of a verb that saves its state.
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Installs the handler; once per process.
+/// Installs the handler; may be called once per process.
+///
+/// # Errors
+/// If the system refuses the handler.
 pub fn install() -> anyhow::Result<()> {
     ctrlc::set_handler(end).context("cannot watch for Ctrl-C")
 }
 
-/// Installs a handler that only takes note of the first interrupt, for a verb that looks at [`is_asked`] often and then keeps what it has; a
-/// second one ends the process.
+/// Installs a handler for a verb that polls [`is_asked`] and then saves its state. The first interrupt only sets the flag; a second one ends the
+/// process.
+///
+/// # Errors
+/// If the system refuses the handler.
 pub fn install_patient() -> anyhow::Result<()> {
     ctrlc::set_handler(|| {
         if ASKED.swap(true, Ordering::SeqCst) {
@@ -35,7 +41,7 @@ pub fn install_patient() -> anyhow::Result<()> {
     .context("cannot watch for Ctrl-C")
 }
 
-/// Whether an interrupt has asked to end.
+/// Whether an interrupt has requested the end.
 pub fn is_asked() -> bool {
     ASKED.load(Ordering::SeqCst)
 }
@@ -45,7 +51,7 @@ fn end() {
     process::exit(i32::from(EXIT_INTERRUPTED));
 }
 
-/// Runs `write` to its end before any interrupt takes effect.
+/// Runs `write` completely before an interrupt can take effect.
 pub fn uninterrupted<T>(write: impl FnOnce() -> T) -> T {
     let _writing = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
     write()

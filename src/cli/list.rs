@@ -1,4 +1,4 @@
-//! `nephroid list`: what there is to render, and how.
+//! `nephroid list`: lists techniques, scenes, adapters and settings.
 
 use std::fs::{self, File};
 use std::io::Read as _;
@@ -11,10 +11,10 @@ use serde::Serialize;
 use crate::caustics::Techniques;
 use crate::cli::{drivers, output, renderer};
 
-/// Bytes of a scene file that are read for its first comment.
+/// Bytes of a scene file that are read to find its first comment.
 const HEADER_BYTES: u64 = 4096;
 
-/// Deepest folder below the one listed; ends any loop of mounts.
+/// Greatest depth of folders that are searched; ends any loop of mounts.
 const MAX_DEPTH: usize = 16;
 
 /// The arguments as typed.
@@ -52,7 +52,10 @@ struct SceneLine {
     summary: String,
 }
 
-/// Prints the list.
+/// Prints the requested list.
+///
+/// # Errors
+/// If a folder or file cannot be read, there is no adapter to list, or stdout cannot be written to.
 pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
     match &low.what {
         What::Techniques => print(low, &renderer::technique_lines(techniques), |line| [line.name, line.summary, line.paper]),
@@ -76,7 +79,10 @@ fn print<'a, T: Serialize, const N: usize>(low: &LowArgs, lines: &'a [T], cells:
     Ok(())
 }
 
-/// All `*.ron` files of a folder and the folders below, sorted. Links to folders are not followed.
+/// All `*.ron` files of a folder and its subfolders, sorted. Links to folders are not followed.
+///
+/// # Errors
+/// If a folder cannot be read.
 pub fn scene_paths(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let mut paths = Vec::new();
     collect(folder, MAX_DEPTH, &mut paths)?;
@@ -84,7 +90,7 @@ pub fn scene_paths(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// All scenes of a folder and the folders below, each with its first comment.
+/// All scenes of a folder and its subfolders, each with its first comment.
 fn scenes(folder: &Path) -> anyhow::Result<Vec<SceneLine>> {
     scene_paths(folder)?.iter().map(|path| Ok(SceneLine { path: path.display().to_string(), summary: summary(path)? })).collect()
 }
@@ -106,7 +112,7 @@ fn collect(folder: &Path, depth: usize, paths: &mut Vec<PathBuf>) -> anyhow::Res
     Ok(())
 }
 
-/// The first line of the comment that heads a scene file; empty if it has none.
+/// The first line of the comment at the head of a scene file; empty without one.
 fn summary(path: &Path) -> anyhow::Result<String> {
     let mut header = Vec::new();
     let cannot = || format!("cannot read {}", path.display());

@@ -1,12 +1,11 @@
 //! The command line: one verb per file, each in two steps.
 //!
-//! A verb's `LowArgs` are exactly what was typed, checked one flag at a time and free of side effects. `HiArgs` are what they mean
-//! together: defaults filled in, contradictions refused, files found. Only then does the verb run.
+//! A verb's `LowArgs` are exactly the arguments as typed; each flag is checked alone, without side effects. `HiArgs` are the resolved arguments:
+//! defaults filled in, contradictions refused, files found. Only then does the verb run.
 //!
-//! This is the one layer that knows the terminal, the clock, signals and the current folder. Results go to stdout, as text or with
-//! `--json`; progress and errors go to stderr. Exit codes: 0 done, 1 compared and different,
-//! 2 error, 130 interrupted.
-//! Files are written whole or not at all, also when the program is interrupted.
+//! This is the only layer that uses the terminal, the clock, signals and the current folder. Results go to stdout, as text or with `--json`; progress
+//! and errors go to stderr. Exit codes: 0 done, 1 compared and different, 2 error, 130 interrupted. Files are written whole or not at all, also if
+//! the program is interrupted.
 
 mod args;
 mod compare;
@@ -32,13 +31,13 @@ use crate::caustics::Techniques;
 
 pub use renderer::{SettingLine, TechniqueLine, setting_lines, technique_lines};
 
-/// Exit code of a comparison that does not agree.
+/// Exit code of a comparison that finds a difference.
 pub const EXIT_DIFFERS: u8 = 1;
 
-/// Exit code of a run that was interrupted and can go on.
+/// Exit code of a run that was interrupted and can be continued.
 pub const EXIT_INTERRUPTED: u8 = interrupt::EXIT_INTERRUPTED;
 
-/// Exit code of every error, usage errors included, and of a comparison that could not be made.
+/// Exit code of every error, including usage errors and comparisons that could not be made.
 pub const EXIT_ERROR: u8 = 2;
 
 /// Renders real-time caustics on a deterministic software GPU.
@@ -66,21 +65,24 @@ pub enum Command {
     List(list::LowArgs),
 }
 
-/// A command line that is in order.
+/// Result of parsing a command line without errors.
 #[derive(Debug)]
 pub enum Parsed {
-    /// Something to do.
+    /// A command to run.
     Command(Command),
-    /// Help or the version was asked for and has been printed.
+    /// Help or version was requested and has been printed.
     Answered,
 }
 
-/// Reads a command line, program name first. The error is a message for stderr.
+/// Parses a command line, program name first.
+///
+/// # Errors
+/// With a message for stderr.
 pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Parsed, String> {
     match Line::try_parse_from(arguments) {
         Ok(line) => Ok(Parsed::Command(line.command)),
         Err(answer) if matches!(answer.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
-            // Whoever closed the pipe has read enough.
+            // A closed pipe is not an error: the reader has read enough.
             let _ = answer.print();
             Ok(Parsed::Answered)
         }
@@ -94,18 +96,21 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Parsed, St
     }
 }
 
-/// How a command that is no error can end.
+/// Outcome of a command that ended without an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Done, and what was compared agrees.
+    /// Done, and no comparison has found a difference.
     Done,
-    /// Done, and what was compared does not agree.
+    /// Done, and a comparison has found a difference.
     Differs,
-    /// Interrupted, with everything kept that is needed to go on.
+    /// Interrupted; the state for continuing has been saved.
     Interrupted,
 }
 
-/// Does what the command says, with these techniques.
+/// Runs a command with these techniques.
+///
+/// # Errors
+/// With the error of the verb and its causes.
 pub fn run(command: Command, techniques: Techniques) -> anyhow::Result<Outcome> {
     let result = match command {
         Command::Render(low) => render::HiArgs::resolve(*low, techniques).and_then(|args| render::run(&args)).map(|()| Outcome::Done),
@@ -122,7 +127,7 @@ pub fn run(command: Command, techniques: Techniques) -> anyhow::Result<Outcome> 
     }
 }
 
-/// An error and its causes in one line, each said once: an error that already quotes its cause is not followed by it.
+/// An error and its causes in one line. A cause that the error's text already contains is not repeated.
 #[must_use]
 pub fn error_chain(error: &anyhow::Error) -> String {
     let mut text = String::new();

@@ -1,10 +1,13 @@
-//! Results on stdout: columns for people, JSON for programs.
+//! Results on stdout: columns for readers, JSON for programs.
 
 use std::io::{self, Write};
 
 use serde::Serialize;
 
 /// Prints one JSON value, indented, with a newline.
+///
+/// # Errors
+/// If stdout cannot be written to.
 pub fn json(value: &impl Serialize) -> io::Result<()> {
     let mut out = io::stdout().lock();
     serde_json::to_writer_pretty(&mut out, value).map_err(io::Error::from)?;
@@ -12,14 +15,17 @@ pub fn json(value: &impl Serialize) -> io::Result<()> {
     out.flush()
 }
 
-/// Prints text as it is.
+/// Prints text unchanged.
+///
+/// # Errors
+/// If stdout cannot be written to.
 pub fn text(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes())?;
     out.flush()
 }
 
-/// Lines of cells, the first columns padded to their longest cell, two blanks between columns, none at the end of a line.
+/// Formats rows as columns: every column except the last is padded to its longest cell, with two blanks between columns and no trailing blanks.
 pub fn columns<const N: usize>(rows: &[[&str; N]]) -> String {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: [usize; N] = std::array::from_fn(width);
@@ -36,7 +42,7 @@ pub fn columns<const N: usize>(rows: &[[&str; N]]) -> String {
     text
 }
 
-/// A titled list of names and values, numbers flush right; nothing if there are none.
+/// Formats a titled list of names and values, with numbers aligned right; empty without lines.
 pub fn section(title: &str, lines: &[(&str, String)]) -> String {
     if lines.is_empty() {
         return String::new();

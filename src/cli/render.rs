@@ -1,4 +1,4 @@
-//! `nephroid render`: a scene file to a picture and its layers.
+//! `nephroid render`: renders a scene file to a picture and its layers.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use crate::cli::renderer::{self, Rendering, Request};
 use crate::cli::{interrupt, output};
 use crate::image::{LayerSet, STANDARD_LAYERS, file, openexr, png};
 
-/// The layer that a PNG shows.
+/// The layer that a PNG contains.
 const PICTURE_LAYER: &str = "color";
 
 /// The arguments as typed.
@@ -94,7 +94,7 @@ pub enum RadiometryArgument {
 }
 
 impl RadiometryArgument {
-    /// The value as `--set` takes it.
+    /// The name in `--set`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
@@ -103,20 +103,20 @@ impl RadiometryArgument {
     }
 }
 
-/// The table of layers, below the flags.
+/// The table of layers, shown below the flags.
 fn layers_help() -> String {
     let rows: Vec<_> = STANDARD_LAYERS.iter().map(|layer| ["", layer.name, layer.unit, layer.summary]).collect();
     format!("Layers (intermediate attachments go by PASS/NAME):\n{}", output::columns(&rows))
 }
 
-/// The arguments as meant: every default filled in, every contradiction refused.
+/// The resolved arguments: every default filled in, every contradiction refused.
 #[derive(Debug)]
 pub struct HiArgs {
     request: Request,
-    /// The driver to use, by name or any; `None` for the software GPU.
+    /// The driver, by name or any; `None` for the software GPU.
     driver: Option<Option<String>>,
     outputs: Vec<Output>,
-    /// Whether the folder of the outputs is ours to make.
+    /// Whether the outputs are in the default folder, which is created if necessary.
     default_folder: bool,
     thread_count: usize,
     json: bool,
@@ -124,6 +124,9 @@ pub struct HiArgs {
 
 impl HiArgs {
     /// Resolves the arguments. Reads nothing and writes nothing.
+    ///
+    /// # Errors
+    /// If flags contradict each other, a technique or file format is unknown, or a layer is named twice.
     pub fn resolve(low: LowArgs, techniques: Techniques) -> anyhow::Result<Self> {
         let default_folder = low.outputs.is_empty();
         let outputs = if default_folder { files::default_outputs(&low.scene, "")? } else { files::chosen_outputs(low.outputs)? };
@@ -139,7 +142,7 @@ impl HiArgs {
                 );
             }
         }
-        // Nobody would see the other layers of a render that writes pictures only.
+        // If only pictures are written, the other layers are not needed.
         let pictures_only = outputs.iter().all(|output| output.format == Format::Png);
         let layers = low.layers.or_else(|| pictures_only.then(|| vec![PICTURE_LAYER.to_owned()]));
         if let Some(name) = &low.technique {
@@ -165,14 +168,14 @@ impl HiArgs {
             },
             outputs,
             default_folder,
-            // To rayon, 0 is one thread per core.
+            // For rayon, 0 means one thread per core.
             thread_count: low.threads.map_or(0, usize::from),
             json: low.json,
         })
     }
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Report<'a> {
     scene: String,
@@ -185,7 +188,7 @@ struct Report<'a> {
     counters: serde_json::Map<String, serde_json::Value>,
 }
 
-/// One layer, in the report.
+/// One layer in the report.
 #[derive(Serialize)]
 struct LayerReport<'a> {
     name: &'a str,
@@ -194,7 +197,10 @@ struct LayerReport<'a> {
     channels: usize,
 }
 
-/// Renders, writes every file, and reports.
+/// Renders, writes every file, and prints a report.
+///
+/// # Errors
+/// If the scene cannot be loaded or rendered, or a file cannot be written.
 pub fn run(args: &HiArgs) -> anyhow::Result<()> {
     interrupt::install()?;
     let start = Instant::now();
@@ -202,7 +208,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<()> {
     if args.default_folder {
         files::make_default_folder()?;
     }
-    // A render is long, a full disk or a wrong folder quickly found.
+    // A render takes long, so a folder that cannot be written to is found before it starts.
     interrupt::uninterrupted(|| args.outputs.iter().try_for_each(|output| file::check_writable(&output.path)))?;
 
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.thread_count).build().context("cannot start the threads")?;
@@ -225,7 +231,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes all files, each while the next is encoded: the disk needs a good part of the time that the threads need.
+/// Writes all files, each while the next one is encoded: writing takes a large part of the time that encoding takes.
 fn write_all(rendering: &Rendering, outputs: &[Output], progress: &Progress) -> anyhow::Result<()> {
     let write = |encoded: Option<(&Output, Vec<u8>)>| -> anyhow::Result<()> {
         if let Some((output, bytes)) = encoded {
@@ -234,7 +240,7 @@ fn write_all(rendering: &Rendering, outputs: &[Output], progress: &Progress) -> 
         }
         Ok(())
     };
-    // Layers first: their files are large, and pictures are encoded meanwhile.
+    // Layers first: their files are large, and pictures are encoded while they are written.
     let (layers, pictures): (Vec<&Output>, Vec<&Output>) = outputs.iter().partition(|output| output.format == Format::Exr);
     let mut encoded = None;
     for output in layers.into_iter().chain(pictures) {
@@ -258,7 +264,7 @@ fn encode(rendering: &Rendering, output: &Output) -> anyhow::Result<Vec<u8>> {
     }
 }
 
-/// The result for programs.
+/// The results for `--json`.
 fn report<'a>(args: &HiArgs, rendering: &'a Rendering, threads: usize, seconds: f64) -> Report<'a> {
     Report {
         scene: args.request.scene.display().to_string(),
@@ -280,7 +286,7 @@ fn layer_reports(layers: &LayerSet) -> Vec<LayerReport<'_>> {
         .collect()
 }
 
-/// The result for people.
+/// The results as text.
 fn summary(args: &HiArgs, rendering: &Rendering, seconds: f64) -> String {
     let mut text = String::new();
     let size = rendering.layers.iter().next().map_or_else(String::new, |layer| format!(", {}x{}", layer.width(), layer.height()));

@@ -1,4 +1,4 @@
-//! The one place where the command line meets the scene and the techniques.
+//! The interface between the command line and scenes and techniques.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -13,16 +13,16 @@ use crate::cli::render::RadiometryArgument;
 use crate::image::{LayerSet, ToneMap};
 use crate::scene::{Scene, Setting};
 
-/// What to render, all flags resolved.
+/// The resolved request of a render.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// The scene file.
     pub scene: PathBuf,
-    /// The techniques there are.
+    /// All known techniques.
     pub techniques: Techniques,
     /// Name of the technique, one of [`Self::techniques`]; `None` for the first.
     pub technique: Option<String>,
-    /// Overrides the scene's choice.
+    /// Overrides the scene's radiometry.
     pub radiometry: Option<RadiometryArgument>,
     /// Overrides the scene's image size.
     pub size: Option<ImageSize>,
@@ -30,20 +30,20 @@ pub struct Request {
     pub time_s: Option<f32>,
     /// Further overrides, applied last and in order.
     pub settings: Vec<SettingArgument>,
-    /// Names of the layers to return; `None` for all.
+    /// Names of the wanted layers; `None` for all.
     pub layers: Option<Vec<String>>,
-    /// Memory that the frame may take.
+    /// Largest memory of the frame, bytes.
     pub memory_limit_bytes: u64,
 }
 
-/// What came out.
+/// The results of a render.
 #[derive(Debug)]
 pub struct Rendering {
     /// Name of the technique that was used.
     pub technique: &'static str,
-    /// The layers asked for.
+    /// The wanted layers.
     pub layers: LayerSet,
-    /// How the layer `color` is to be shown.
+    /// Tone map for the layer `color`.
     pub tone: ToneMap,
     /// Counters of the frame, in the order of the frame.
     pub counters: Vec<(String, u64)>,
@@ -56,9 +56,9 @@ pub struct Rendering {
 pub struct TechniqueLine {
     /// Name on the command line.
     pub name: &'static str,
-    /// What it does, in one line.
+    /// Description in one line.
     pub summary: &'static str,
-    /// The paper it comes from.
+    /// The paper that the technique implements.
     pub paper: &'static str,
 }
 
@@ -67,24 +67,24 @@ pub struct TechniqueLine {
 pub struct SettingLine {
     /// The key for `--set`.
     pub key: &'static str,
-    /// The value of a scene that does not mention it.
+    /// Value in a scene that does not set it.
     pub default: Cow<'static, str>,
     /// Unit of the value.
     pub unit: &'static str,
     /// The values allowed.
     pub allowed: Cow<'static, str>,
-    /// What it sets.
+    /// Description of the setting.
     pub doc: &'static str,
 }
 
-/// What `list techniques` shows: techniques in the order of their table; the first is the default.
+/// The lines of `list techniques`, in the order of the table; the first is the default.
 pub fn technique_lines(techniques: Techniques) -> Vec<TechniqueLine> {
     let line =
         |technique: &&dyn Technique| TechniqueLine { name: technique.name(), summary: technique.summary(), paper: technique.paper() };
     techniques.iter().map(line).collect()
 }
 
-/// What `list settings` shows: all keys that `--set` knows, in the order of their tables.
+/// The lines of `list settings`: all keys of `--set`, in the order of their tables.
 pub fn setting_lines(techniques: Techniques) -> Vec<SettingLine> {
     let line = |setting: Setting| SettingLine {
         key: setting.key,
@@ -96,14 +96,17 @@ pub fn setting_lines(techniques: Techniques) -> Vec<SettingLine> {
     techniques.settings().into_iter().map(line).collect()
 }
 
-/// A scene that is ready to be rendered.
+/// A scene with all overrides, and its technique.
 #[derive(Debug)]
 pub struct PreparedScene {
     technique: &'static str,
     scene: Scene,
 }
 
-/// Finds the technique, loads the scene and applies the overrides: flags first, then `--set` in the order given, so that the last word wins.
+/// Finds the technique, loads the scene and applies the overrides: flags first, then `--set` in the given order, so that the last one wins.
+///
+/// # Errors
+/// If the technique is unknown, the scene cannot be loaded, or an override is not allowed.
 pub fn prepare(request: &Request) -> anyhow::Result<PreparedScene> {
     let technique = match &request.technique {
         Some(name) => request.techniques.find(name)?.name(),
@@ -114,7 +117,10 @@ pub fn prepare(request: &Request) -> anyhow::Result<PreparedScene> {
     Ok(PreparedScene { technique, scene })
 }
 
-/// Loads a scene and applies overrides in this order.
+/// Loads a scene and applies overrides in the order of the arguments.
+///
+/// # Errors
+/// If the scene cannot be loaded, or an override is not allowed.
 pub fn load(
     techniques: Techniques,
     path: &Path,
@@ -140,7 +146,10 @@ pub fn load(
     Ok(scene)
 }
 
-/// Renders, with as many threads as the current rayon pool has; on a driver if one is asked for, by name or any.
+/// Renders with the threads of the current rayon pool, or on a driver if `driver` is given (by name, or the first).
+///
+/// # Errors
+/// If the frame cannot be built or run, or a layer is unknown.
 pub fn render(request: &Request, prepared: &PreparedScene, driver: Option<Option<&str>>) -> anyhow::Result<Rendering> {
     let PreparedScene { technique, scene } = prepared;
     let mut options = RenderOptions {
@@ -159,7 +168,7 @@ pub fn render(request: &Request, prepared: &PreparedScene, driver: Option<Option
     Ok(Rendering { technique, layers: rendered.layers, tone: tone_map(scene), counters: rendered.counters, audit: rendered.audit })
 }
 
-/// How the scene wants its picture shown.
+/// The scene's tone map.
 fn tone_map(scene: &Scene) -> ToneMap {
     let tone = &scene.tone;
     ToneMap { exposure: tone.exposure(), shoulder: tone.shoulder, white: tone.white, desaturation: tone.desaturation }

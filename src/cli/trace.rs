@@ -1,4 +1,4 @@
-//! `nephroid trace`: the ground truth of a scene, with its errors.
+//! `nephroid trace`: computes the ground truth of a scene, with standard errors.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -16,14 +16,14 @@ use crate::cli::{Outcome, interrupt, output, renderer};
 use crate::image::{Layer, LayerSet, ToneMap, file, openexr, png};
 use crate::trace::{Measured, TraceOptions, Tracer};
 
-/// Photons where nothing says when to stop.
+/// Photons if no option says when to stop.
 const DEFAULT_PHOTONS: u64 = 50_000_000;
 
-/// Time between two looks at the noise, and between two copies of the state.
+/// Time between checks of the noise, and between savings of the state.
 const LOOK: Duration = Duration::from_secs(1);
 const KEEP: Duration = Duration::from_secs(60);
 
-/// Share of the pixels that the picture shows without compression.
+/// Share of the lit pixels that the picture shows without compression.
 const EXPOSED: f64 = 0.98;
 
 /// The arguments as typed.
@@ -81,21 +81,24 @@ pub struct LowArgs {
     json: bool,
 }
 
-/// The arguments as meant.
+/// The resolved arguments.
 #[derive(Debug)]
 pub struct HiArgs {
-    /// The techniques whose settings the scene may have; none is used.
+    /// The techniques whose settings the scene may contain; none of them is used.
     techniques: Techniques,
     low: LowArgs,
     outputs: Vec<Output>,
     default_folder: bool,
-    /// Where the state of an unfinished run is kept.
+    /// File for the state of an unfinished run.
     state: PathBuf,
     photons: u64,
 }
 
 impl HiArgs {
     /// Resolves the arguments. Reads nothing and writes nothing.
+    ///
+    /// # Errors
+    /// If flags contradict each other, or a file format is unknown.
     pub fn resolve(mut low: LowArgs, techniques: Techniques) -> anyhow::Result<Self> {
         let default_folder = low.outputs.is_empty();
         let chosen = std::mem::take(&mut low.outputs);
@@ -107,14 +110,14 @@ impl HiArgs {
     }
 }
 
-/// `FILE.state`, beside the file.
+/// `FILE.state`, in the folder of the file.
 fn state_path(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".state");
     path.with_file_name(name)
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Report {
     scene: String,
@@ -130,7 +133,10 @@ struct Report {
     seconds: f64,
 }
 
-/// Traces, writes every file, and reports.
+/// Traces, writes every file, and prints a report.
+///
+/// # Errors
+/// If the scene cannot be loaded or traced, a saved state does not fit, or a file cannot be written.
 pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     interrupt::install_patient()?;
     let start = Instant::now();
@@ -175,7 +181,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     Ok(if finished { Outcome::Done } else { Outcome::Interrupted })
 }
 
-/// Sends batches until it is enough; whether it was, or an interrupt came first. The state is kept every minute, and at an interrupt.
+/// Traces batches until a stop condition holds. Returns false if an interrupt came first. The state is saved every minute and at an interrupt.
 fn trace(args: &HiArgs, tracer: &mut Tracer, start: Instant) -> anyhow::Result<bool> {
     let progress = Progress::new(if args.photons == u64::MAX { 0 } else { args.photons / 1000 });
     let limit = args.low.time_limit.map(Duration::from_secs_f64);
@@ -183,7 +189,7 @@ fn trace(args: &HiArgs, tracer: &mut Tracer, start: Instant) -> anyhow::Result<b
     let keep = |tracer: &Tracer| {
         interrupt::uninterrupted(|| file::write_atomically(&args.state, &tracer.state())).context("cannot keep the state of the run")
     };
-    // Errors are known from the second batch on.
+    // Standard errors are known from the second batch on.
     while tracer.photons() < args.photons || tracer.batches() < 2 {
         if interrupt::is_asked() {
             keep(tracer)?;
@@ -210,7 +216,7 @@ fn trace(args: &HiArgs, tracer: &mut Tracer, start: Instant) -> anyhow::Result<b
     Ok(true)
 }
 
-/// What was measured, as layers: means, and under the same name with `_error` their standard errors.
+/// The measurements as layers: means, and standard errors under the same names with `_error`.
 fn layers(tracer: &Tracer) -> anyhow::Result<LayerSet> {
     let mut set = LayerSet::new();
     let mut push = |name: &str, measured: Option<Measured>| -> anyhow::Result<()> {
@@ -251,7 +257,7 @@ fn encode(layers: &LayerSet, output: &Output) -> anyhow::Result<Vec<u8>> {
     }
 }
 
-/// An exposure at which all but the brightest few pixels with any light are shown as they are.
+/// An exposure at which all lit pixels but the brightest few are shown without compression.
 fn exposure(picture: &Layer) -> ToneMap {
     let planes = picture.planes();
     let brightest = |k: usize| planes.iter().map(|plane| plane.pixels()[k]).fold(0.0, f32::max);

@@ -1,11 +1,11 @@
-//! Which drivers there are.
+//! Adapters: the drivers of this machine and the rasterizers behind them.
 
 use serde::Serialize;
 
 use super::GpuError;
 use nephroid_pipeline::state::RasterRules;
 
-/// The features that frames can ask for, with the names that wgpu gives them.
+/// Features of wgpu that frames may need, with wgpu's names.
 pub(super) const FEATURES: [(wgpu::Features, &str); 6] = [
     (wgpu::Features::FLOAT32_BLENDABLE, "FLOAT32_BLENDABLE"),
     (wgpu::Features::FLOAT32_FILTERABLE, "FLOAT32_FILTERABLE"),
@@ -15,26 +15,26 @@ pub(super) const FEATURES: [(wgpu::Features, &str); 6] = [
     (wgpu::Features::RG11B10UFLOAT_RENDERABLE, "RG11B10UFLOAT_RENDERABLE"),
 ];
 
-/// A driver and the device that it drives.
+/// An adapter: a driver and its device.
 #[derive(Clone, Debug)]
 pub struct Adapter {
     pub(super) inner: wgpu::Adapter,
     info: wgpu::AdapterInfo,
 }
 
-/// Which rasterizer an adapter has.
+/// The rasterizer of an adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// Mesa's lavapipe: llvmpipe behind Vulkan.
     Lavapipe,
     /// Google's SwiftShader.
     SwiftShader,
-    /// Anything else: taken to follow [`RasterRules::REFERENCE`] until measured.
+    /// Any other rasterizer, expected to follow [`RasterRules::REFERENCE`] until it is measured.
     Other,
 }
 
 impl Family {
-    /// The rules this rasterizer may follow, most likely ones first. Lavapipe's depend on the processor it runs on.
+    /// The rules that this rasterizer may follow, the most likely ones first. Lavapipe's depend on the processor.
     #[must_use]
     pub fn candidates(self) -> &'static [(&'static str, RasterRules)] {
         const REFERENCE: (&str, RasterRules) = ("REFERENCE", RasterRules::REFERENCE);
@@ -52,20 +52,20 @@ impl Family {
 /// One line of a list of adapters.
 #[derive(Clone, Debug, Serialize)]
 pub struct AdapterLine {
-    /// The device.
+    /// Name of the device.
     pub name: String,
-    /// The driver.
+    /// Name of the driver.
     pub driver: String,
-    /// The driver's version.
+    /// Version of the driver.
     pub version: String,
-    /// `Cpu`, `DiscreteGpu`, ...
+    /// Kind of device: `Cpu`, `DiscreteGpu`, ...
     pub kind: String,
-    /// Features that frames can ask for and this adapter lacks.
+    /// Features of wgpu that frames may need and the adapter lacks.
     pub missing: Vec<&'static str>,
 }
 
 impl Adapter {
-    /// The device's name.
+    /// Name of the device.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.info.name
@@ -78,7 +78,7 @@ impl Adapter {
         format!("{} ({} {})", line.name, line.driver, line.version)
     }
 
-    /// What the adapter rasterizes with.
+    /// The rasterizer that the driver's name stands for.
     #[must_use]
     pub fn family(&self) -> Family {
         match self.info.driver.as_str() {
@@ -88,7 +88,7 @@ impl Adapter {
         }
     }
 
-    /// The adapter as a list shows it.
+    /// The adapter as a line of a list.
     #[must_use]
     pub fn line(&self) -> AdapterLine {
         let features = self.inner.features();
@@ -116,10 +116,10 @@ pub fn adapters() -> Vec<Adapter> {
     found.into_iter().map(|inner| Adapter { info: inner.get_info(), inner }).collect()
 }
 
-/// The first adapter whose device or driver name contains `name`, whatever the case; the first of all for `None`.
+/// The first adapter whose device or driver name contains `name`, case-insensitive; for `None` the first adapter.
 ///
 /// # Errors
-/// If there is none.
+/// If no adapter exists, or none has the name.
 pub fn find_adapter(name: Option<&str>) -> Result<Adapter, GpuError> {
     let mut all = adapters();
     if all.is_empty() {

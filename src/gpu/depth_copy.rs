@@ -1,4 +1,4 @@
-//! Depth in and out: WebGPU lets no buffer be copied to 32-bit depth, and no 24-bit depth to a buffer, so a triangle does it.
+//! Copies depth to and from textures. WebGPU cannot copy a buffer to 32-bit depth, nor 24-bit depth to a buffer, so a triangle is drawn.
 
 use std::sync::OnceLock;
 
@@ -24,7 +24,7 @@ fn from_depth(@builtin(position) at: vec4<f32>) -> @location(0) f32 {
 }
 ";
 
-/// The pipelines, made when first used.
+/// The pipelines; each is made on first use.
 #[derive(Debug, Default)]
 pub(super) struct DepthCopy {
     module: OnceLock<wgpu::ShaderModule>,
@@ -72,7 +72,7 @@ impl DepthCopy {
         })
     }
 
-    /// Fills the depth aspect of `to`, one level of one layer, from the numbers of an r32float texture of its size.
+    /// Fills the depth aspect of `to`, one level of one layer, with the numbers of an r32float texture of the same size.
     pub fn write(
         &self,
         device: &wgpu::Device,
@@ -91,7 +91,7 @@ impl DepthCopy {
         draw(device, encoder, &pipeline, from, &pass);
     }
 
-    /// Fills an r32float texture from the depth aspect of one of its size.
+    /// Fills an r32float texture with the depth aspect of a texture of the same size.
     pub fn read(&self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, from: &wgpu::TextureView, to: &wgpu::TextureView) {
         let pipeline = self.pipeline(device, "from_depth", TextureFormat::R32Float);
         let target = wgpu::RenderPassColorAttachment {

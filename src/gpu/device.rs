@@ -4,7 +4,7 @@ use super::GpuError;
 use super::adapter::{Adapter, FEATURES, adapters};
 use super::depth_copy::DepthCopy;
 
-/// An opened adapter: device, queue, and what it can do.
+/// An opened adapter: device and queue.
 #[derive(Debug)]
 pub struct Gpu {
     pub(super) adapter: Adapter,
@@ -14,10 +14,10 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens an adapter with all its limits and those features that frames can ask for.
+    /// Opens an adapter with all its limits, and with those features that frames may need.
     ///
     /// # Errors
-    /// If the driver refuses.
+    /// If the driver refuses to open the device.
     pub fn open(adapter: Adapter) -> Result<Self, GpuError> {
         let wanted = FEATURES.iter().fold(wgpu::Features::empty(), |all, (feature, _)| all | *feature);
         let descriptor = wgpu::DeviceDescriptor {
@@ -38,7 +38,7 @@ impl Gpu {
         &self.adapter
     }
 
-    /// An error if the device lacks a feature.
+    /// Returns an error if the device lacks a feature.
     pub(super) fn require(&self, feature: wgpu::Features, what: &str) -> Result<(), GpuError> {
         if self.device.features().contains(feature) {
             return Ok(());
@@ -49,7 +49,7 @@ impl Gpu {
         Err(GpuError::Feature { what: what.to_owned(), feature: name, adapter: self.adapter.name().to_owned(), have })
     }
 
-    /// An error if a number is beyond a limit.
+    /// Returns an error if `seen` is above `limit`.
     pub(super) fn within(&self, what: &str, seen: u64, limit: u64) -> Result<(), GpuError> {
         if seen <= limit {
             return Ok(());
@@ -57,7 +57,7 @@ impl Gpu {
         Err(GpuError::Limit { what: what.to_owned(), seen, adapter: self.adapter.name().to_owned(), limit })
     }
 
-    /// Does something and returns what the driver or wgpu had against it.
+    /// Runs `work`; errors of the driver or of wgpu are returned.
     pub(super) fn checked<R>(&self, doing: &str, work: impl FnOnce() -> R) -> Result<R, GpuError> {
         let scopes = [wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Validation]
             .map(|filter| self.device.push_error_scope(filter));
@@ -72,7 +72,7 @@ impl Gpu {
         }
     }
 
-    /// Waits until everything submitted has run.
+    /// Waits until all submitted work has run.
     pub(super) fn wait(&self) -> Result<(), GpuError> {
         match self.device.poll(wgpu::PollType::wait_indefinitely()) {
             Ok(_) => Ok(()),

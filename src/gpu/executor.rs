@@ -1,4 +1,4 @@
-//! Whole frames on a driver, as any executor runs them.
+//! An executor that runs whole frames on a driver.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ use nephroid_pipeline::frame::{
 };
 use nephroid_pipeline::{Device, PassOutput, Texture};
 
-/// Runs whole frames on a driver. The textures are read back at the end; of what passes count, only queries and stream-out are known.
+/// Runs whole frames on a driver. Textures are read back after the last pass. Of the counters of a pass, only queries and stream-out are available.
 pub struct GpuExecutor {
     gpu: Gpu,
     device: Device,
@@ -19,7 +19,7 @@ pub struct GpuExecutor {
 }
 
 impl GpuExecutor {
-    /// An executor on a driver that refuses frames above a memory limit; `device` runs the stages that the driver lacks.
+    /// An executor on a driver. It refuses frames above a memory limit. `device` runs the stages that the driver lacks.
     #[must_use]
     pub fn new(gpu: Gpu, device: Device, memory_limit_bytes: u64) -> Self {
         Self { gpu, device, memory_limit_bytes, contents: Contents::default() }
@@ -35,7 +35,7 @@ impl Executor for GpuExecutor {
         let mut drawn = BTreeSet::new();
         for (index, pass) in frame.passes.iter().enumerate() {
             if let Some(observer) = observer.as_deref_mut() {
-                // Nobody can look into a driver.
+                // The stages of a driver cannot be observed, so the returned observer is not used.
                 let _ = observer.pass_begin(index, pass);
             }
             for id in on_gpu.read_by_expanded_stages(index, 0..pass.draws.len(), Vertices::Shaded).intersection(&drawn) {

@@ -1,4 +1,4 @@
-//! A frame on a device: its resources, and its passes made ready and run.
+//! A frame on a device: its resources, and its passes, which are prepared and run.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,12 +19,12 @@ use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::state::{MAX_COLOR_TARGETS, PixelRect, PrimitiveTopology, Viewport};
 use nephroid_pipeline::{BindingKind, Buffer, Device, Texture, TextureDescriptor, TextureShape};
 
-/// Who shades vertices.
+/// Which side shades vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Vertices {
-    /// The driver wherever it can.
+    /// The driver, wherever it can.
     Shaded,
-    /// The software GPU: the driver gets the very same clip positions and varyings, so that what differs is not their doing.
+    /// The software GPU: the driver draws exactly the same clip positions and varyings, so that these cannot be the cause of a difference.
     Pulled,
 }
 
@@ -37,27 +37,27 @@ pub struct GpuFrame<'f> {
     pub(super) streamed: BTreeMap<PipelineId, Streamed>,
 }
 
-/// A pass that is ready to run, any number of times.
+/// A prepared pass. It can run any number of times.
 pub struct GpuPass {
     index: usize,
     draws: Vec<GpuDraw>,
     counters: Vec<wgpu::Texture>,
 }
 
-/// A draw that is ready to run.
+/// A prepared draw.
 struct GpuDraw {
-    /// Its number in the pass.
+    /// Number of the draw in the pass.
     number: usize,
     pipeline: (PipelineId, Variant),
     group: Option<wgpu::BindGroup>,
-    /// Pulled vertices, in pieces that fit a binding, and how many there are.
+    /// Pulled vertices in pieces that fit a binding, each with its number of vertices.
     pulled: Vec<(wgpu::BindGroup, u32)>,
-    /// What is drawn if nothing is pulled.
+    /// Range of vertices to draw if none are pulled.
     vertices: Range<u32>,
 }
 
 impl<'f> GpuFrame<'f> {
-    /// Makes a frame's textures and buffers, and fills them.
+    /// Creates a frame's textures and buffers, and fills them.
     ///
     /// # Errors
     /// If the frame is not valid or the device cannot hold it.
@@ -69,7 +69,7 @@ impl<'f> GpuFrame<'f> {
         Ok(this)
     }
 
-    /// Gives textures what they hold before the first pass. Those that a pass clears before anyone looks are left alone.
+    /// Uploads the initial contents of textures. Textures that a pass clears before they are read are left out.
     fn fill(&self) -> Result<(), GpuError> {
         let initial = Contents::initial(self.frame).map_err(FrameError::from)?;
         for (number, (texture, cleared)) in initial.textures.iter().zip(cleared_first(self.frame)).enumerate() {
@@ -80,7 +80,7 @@ impl<'f> GpuFrame<'f> {
         Ok(())
     }
 
-    /// Gives a texture other contents.
+    /// Replaces the contents of a texture.
     ///
     /// # Errors
     /// If the driver fails.
@@ -88,7 +88,7 @@ impl<'f> GpuFrame<'f> {
         self.gpu.upload(self.resources.texture(id), contents)
     }
 
-    /// Gives a buffer other contents.
+    /// Replaces the contents of a buffer.
     ///
     /// # Errors
     /// If the driver fails.
@@ -96,7 +96,7 @@ impl<'f> GpuFrame<'f> {
         self.gpu.write_buffer(&self.resources.buffers[id.index()], contents.bytes())
     }
 
-    /// What one surface of a texture holds, put into a texture of the same description.
+    /// Reads one surface of a texture back into `into`, which must have the same description.
     ///
     /// # Errors
     /// If the driver fails.
@@ -104,7 +104,7 @@ impl<'f> GpuFrame<'f> {
         self.gpu.download(self.resources.texture(view.texture), into, view.level, view.layer)
     }
 
-    /// Textures that the stages which the software GPU runs may read in some draws of a pass.
+    /// Textures that stages run by the software GPU may read in some draws of a pass.
     pub(super) fn read_by_expanded_stages(&self, pass: usize, draws: Range<usize>, vertices: Vertices) -> BTreeSet<TextureId> {
         let drawn = &self.frame.passes[pass].draws[draws];
         let expanded = drawn.iter().filter(|draw| vertices == Vertices::Pulled || must_be_pulled(self.frame, draw));
@@ -112,10 +112,10 @@ impl<'f> GpuFrame<'f> {
         entries.filter_map(|entry| if let BindEntry::Texture(view) = entry { Some(view.texture) } else { None }).collect()
     }
 
-    /// Makes some draws of a pass ready. `device` runs the stages that the driver lacks, on `contents`.
+    /// Prepares some draws of a pass. `device` runs the stages that the driver lacks, reading `contents`.
     ///
     /// # Errors
-    /// If a program has no twin, or the device lacks a feature or room.
+    /// If a program has no WGSL twin, the device lacks a feature, or a limit is exceeded.
     pub fn prepare(
         &mut self,
         index: usize,
@@ -127,7 +127,7 @@ impl<'f> GpuFrame<'f> {
         let pass = &self.frame.passes[index];
         let counters = self.counters(pass)?;
         let mut ready = Vec::with_capacity(draws.len());
-        // Draws by the thousand share a few bind groups.
+        // Thousands of draws share a few bind groups.
         let mut groups = BTreeMap::new();
         for number in draws {
             let draw = &pass.draws[number];
@@ -167,7 +167,7 @@ impl<'f> GpuFrame<'f> {
         Ok(GpuPass { index, draws: ready, counters })
     }
 
-    /// Targets that count the pass's queries, four each.
+    /// Targets that count the pass's queries, four queries per target.
     fn counters(&self, pass: &Pass) -> Result<Vec<wgpu::Texture>, GpuError> {
         let count = pass.query_count.div_ceil(4);
         if count == 0 {
@@ -188,7 +188,7 @@ impl<'f> GpuFrame<'f> {
         self.frame
     }
 
-    /// A draw's bind group: the bindings that some entry points use.
+    /// Bind group of a draw: the bindings that the entry points use.
     pub(super) fn bind_group(
         &self,
         draw: &Draw,
@@ -244,7 +244,7 @@ impl<'f> GpuFrame<'f> {
 
     fn sampled_view(&self, view: &TextureView, used: Option<TextureUse>) -> wgpu::TextureView {
         let depth = used.is_some_and(|u| u.depth) || self.frame.textures[view.texture.index()].desc.format.has_depth_aspect();
-        // A view of one layer is an image to WebGPU, not an array, unless the twin says so.
+        // For WebGPU, a view of one layer is a 2D image and not an array, unless the twin declares an array.
         self.resources.texture(view.texture).create_view(&wgpu::TextureViewDescriptor {
             dimension: used.map(|u| u.dimension),
             aspect: if depth { wgpu::TextureAspect::DepthOnly } else { wgpu::TextureAspect::All },
@@ -275,7 +275,7 @@ impl<'f> GpuFrame<'f> {
         })
     }
 
-    /// Buffers and bind groups of pulled vertices; whole primitives in each.
+    /// Buffers and bind groups of pulled vertices, each with whole primitives.
     fn pulled_pieces(&self, pulled: &Pulled, compiled: &Compiled) -> Result<Vec<(wgpu::BindGroup, u32)>, GpuError> {
         let limits = self.gpu.device.limits();
         let largest = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
@@ -295,7 +295,7 @@ impl<'f> GpuFrame<'f> {
         pulled.data.chunks(most).map(piece).collect()
     }
 
-    /// Runs passes in order, in one submission, and waits for the end.
+    /// Runs passes in order in one submission, and waits until they have run.
     ///
     /// # Errors
     /// If the driver fails.
@@ -313,7 +313,7 @@ impl<'f> GpuFrame<'f> {
     fn encode(&self, encoder: &mut wgpu::CommandEncoder, ready: &GpuPass) {
         let pass = &self.frame.passes[ready.index];
         if ready.draws.is_empty() && pass.attachments().is_empty() {
-            return; // It only streamed out.
+            return; // The pass only streams out.
         }
         let store = wgpu::StoreOp::Store;
         let view = |view: AttachmentView| {
@@ -401,7 +401,7 @@ impl<'f> GpuFrame<'f> {
         }
     }
 
-    /// Fragments that passed, by query, in the last run of a pass.
+    /// Number of fragments that passed in the last run of a pass, by query.
     ///
     /// # Errors
     /// If the driver fails.

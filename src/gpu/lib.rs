@@ -1,10 +1,10 @@
-//! Frames on real drivers: the same description that the CPU executor runs, through wgpu and Vulkan, without a window.
+//! Runs frames on drivers: the description that the CPU executor runs, through wgpu and Vulkan, without a window.
 //!
 //! [`adapters`] finds drivers, [`Gpu`] opens one, [`GpuFrame`] holds a frame's resources on it and runs its passes one by one or all at once;
-//! [`GpuExecutor`] does what every executor does. Fixed-function state is handed on as it is, and shaders are the programs' WGSL twins. What
-//! WebGPU lacks is expanded: the geometry stage, point sprites and wide lines run on the software GPU, and the driver pulls their
-//! primitives from a storage buffer; stream-out runs the vertex stage in a compute shader; occlusion queries are counted by an additive target
-//! beside the pass's own.
+//! [`GpuExecutor`] is an executor like any other. Fixed-function state is passed on unchanged, and shaders are the programs' WGSL twins. Features
+//! that WebGPU lacks are expanded. The geometry stage, point sprites and wide lines run on the software GPU, and the driver pulls their primitives
+//! from a storage buffer. Stream-out runs the vertex stage in a compute shader. Occlusion queries are counted in an additional target with additive
+//! blending.
 //!
 //! [`crosscheck`] compares every attachment of every pass with the software GPU's, and [`conformance`] draws random and adversarial primitives.
 
@@ -28,56 +28,56 @@ pub use frame::{GpuFrame, GpuPass, Vertices};
 
 use nephroid_pipeline::frame::FrameError;
 
-/// Why a driver cannot be used, or cannot run a frame.
+/// Why a driver cannot be used or cannot run a frame.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GpuError {
-    /// No adapter at all.
+    /// No adapter exists.
     #[error("no Vulkan adapter was found: a driver and the Vulkan loader must be installed (Debian: mesa-vulkan-drivers)")]
     NoAdapter,
-    /// No adapter of that name.
+    /// No adapter has this name.
     #[error("there is no adapter `{seen}`; there are: {known}")]
     UnknownAdapter {
         /// The name seen.
         seen: String,
-        /// The names known.
+        /// The names that exist.
         known: String,
     },
-    /// The frame needs what the adapter lacks.
+    /// The frame needs a feature that the adapter lacks.
     #[error("`{what}` needs {feature}, which {adapter} does not have; {have}")]
     Feature {
-        /// Pipeline or texture.
+        /// Name of the pipeline or texture.
         what: String,
-        /// The feature as wgpu names it.
+        /// wgpu's name of the feature.
         feature: &'static str,
-        /// The adapter.
+        /// Name of the adapter.
         adapter: String,
-        /// Which adapters here have it.
+        /// The adapters of this machine that have the feature.
         have: String,
     },
     /// The frame exceeds a limit of the adapter.
     #[error("{what} is {seen}; {adapter} allows up to {limit}")]
     Limit {
-        /// What is too large.
+        /// The quantity that is too large.
         what: String,
         /// The value seen.
         seen: u64,
-        /// The adapter.
+        /// Name of the adapter.
         adapter: String,
         /// The largest value allowed.
         limit: u64,
     },
-    /// A program cannot be run by a driver.
+    /// A driver cannot run a program.
     #[error("program `{program}`: {why}")]
     Twin {
-        /// The program.
+        /// Name of the program.
         program: &'static str,
-        /// Why.
+        /// The reason.
         why: String,
     },
-    /// The driver or wgpu refused something.
+    /// The driver or wgpu returned an error.
     #[error("{doing}: {why}")]
     Driver {
-        /// What was being done.
+        /// The operation that failed.
         doing: String,
         /// The message.
         why: String,

@@ -9,15 +9,15 @@ use nephroid_pipeline::state::{ADDITIVE, BlendFactor, ColorTargetState, ColorWri
 /// Format of the targets that count fragments: one query per channel.
 pub(super) const COUNTER_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 
-/// One way in which a pipeline of a frame is drawn with.
+/// A variant of a frame's pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Variant {
     pub vertices: VertexSource,
-    /// Of pulled vertices: 1 points, 2 lines, 3 triangles; 0 if the pipeline's own topology holds.
+    /// Corners of pulled primitives: 1 for points, 2 for lines, 3 for triangles; 0 for the pipeline's own topology.
     pub corners: u8,
-    /// Targets of the pass that count fragments.
+    /// Number of the pass's targets that count fragments.
     pub counters: u32,
-    /// The query that this draw counts for.
+    /// The query that counts the draw's fragments.
     pub query: Option<u32>,
 }
 
@@ -25,11 +25,15 @@ pub(super) struct Variant {
 #[derive(Debug)]
 pub(super) struct Compiled {
     pub pipeline: wgpu::RenderPipeline,
-    /// Bindings of group 0 that it uses.
+    /// Bindings of group 0 that the pipeline uses.
     pub bindings: Vec<(u32, Option<TextureUse>)>,
 }
 
 impl Compiled {
+    /// Compiles a variant of a frame's pipeline.
+    ///
+    /// # Errors
+    /// If the device lacks a feature, the program has no usable WGSL twin, or the driver refuses the pipeline.
     pub fn new(gpu: &Gpu, desc: &RenderPipelineDescriptor, variant: Variant) -> Result<Self, GpuError> {
         require_features(gpu, desc)?;
         let first_counter = desc.targets.len() as u32;
@@ -47,7 +51,7 @@ impl Compiled {
                 _ => PrimitiveTopology::TriangleList,
             };
         }
-        // Sprites and wide lines have no back, whatever their triangles are.
+        // Sprites and wide lines are never culled, whatever the winding of their triangles is.
         if variant.corners == 3 && !draws_triangles(desc) {
             primitive.cull_mode = None;
             primitive.front_face = FrontFace::Ccw;
@@ -100,7 +104,7 @@ fn draws_triangles(desc: &RenderPipelineDescriptor) -> bool {
     }
 }
 
-/// Counter target `k`: adds one in the channel of the query, nothing elsewhere.
+/// State of counter target `k`: adds one in the query's channel and nothing elsewhere.
 fn counter_target(query: Option<u32>, k: u32) -> ColorTargetState {
     let write_mask = match query {
         Some(query) if query / 4 == k => ColorWrites::from_bits_truncate(1 << (query % 4)),

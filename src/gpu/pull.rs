@@ -1,33 +1,33 @@
-//! What WebGPU cannot draw, as triangles, lines and points that it can: the vertex and geometry stages run on the software GPU, sprites
-//! and wide lines become triangles, and the driver pulls finished vertices from a buffer.
+//! Primitives that WebGPU cannot draw, expanded to triangles, lines and points. The vertex and geometry stages run on the software GPU, sprites and
+//! wide lines become triangles, and the driver pulls the vertices from a buffer.
 
 use nephroid_pipeline::frame::{Contents, Draw, Frame, FrameError, Pass, stream_draw, target_size};
 use nephroid_pipeline::state::{PrimitiveTopology, Viewport};
 use nephroid_pipeline::{Device, MAX_POINT_SIZE, PrimitiveClass};
 
-/// Finished vertices of a draw.
+/// Vertices of a draw after the last stage before rasterization.
 #[derive(Debug)]
 pub(super) struct Pulled {
-    /// Lists only.
+    /// Topology of the vertices: a list.
     pub topology: PrimitiveTopology,
-    /// Whether the place inside a sprite follows the varyings.
+    /// Whether each vertex ends with its position inside a sprite.
     pub point_coord: bool,
-    /// Floats per vertex: clip position (4), varyings, place inside a sprite (2).
+    /// Floats per vertex: clip position (4), varyings, position inside a sprite (2, if `point_coord`).
     pub stride: usize,
     /// The vertices.
     pub data: Vec<f32>,
 }
 
-/// Whether a driver cannot draw this by itself: there is a geometry stage, a sprite that is told its own coordinates, or a wide line.
+/// Whether a draw cannot run on a driver unchanged: it has a geometry stage, draws points, or draws lines that are not one pixel wide.
 pub(super) fn must_be_pulled(frame: &Frame, draw: &Draw) -> bool {
     let desc = &frame.pipelines[draw.pipeline.index()];
     let lines = matches!(desc.primitive.topology, PrimitiveTopology::LineList | PrimitiveTopology::LineStrip);
-    // A vertex shader may give points any size, which its twin has no way to say.
+    // A vertex shader may set any point size, which WGSL cannot express.
     let points = desc.primitive.topology == PrimitiveTopology::PointList;
     desc.program.geometry.is_some() || points || (lines && desc.line_width != 1.0)
 }
 
-/// The finished vertices of a draw.
+/// The vertices of a draw after the last stage before rasterization.
 pub(super) fn pull(device: &Device, frame: &Frame, pass: &Pass, draw: &Draw, contents: &Contents) -> Result<Pulled, FrameError> {
     let (class, stream) = stream_draw(device, frame, pass, draw, contents)?;
     let desc = &frame.pipelines[draw.pipeline.index()];
@@ -72,7 +72,7 @@ pub(super) fn pull(device: &Device, frame: &Frame, pass: &Pass, draw: &Draw, con
 }
 
 impl Pulled {
-    /// Two triangles that cover the square of a sprite; its edge is rounded as the software GPU does.
+    /// Appends two triangles that cover the square of a sprite. The edge's length is rounded as the software GPU rounds it.
     fn sprite(&mut self, vertex: &[f32], size: f32, per_pixel: [f32; 2]) {
         let half = (size.clamp(1.0 / 128.0, MAX_POINT_SIZE) * 128.0).round_ties_even() / 256.0;
         let w = vertex[3];
@@ -86,7 +86,7 @@ impl Pulled {
         }
     }
 
-    /// Two triangles that cover the rectangle around a line.
+    /// Appends two triangles that cover the rectangle around a line.
     fn band(&mut self, a: &[f32], b: &[f32], width: f32, per_pixel: [f32; 2]) {
         let place = |v: &[f32]| [0, 1].map(|axis| f64::from(v[axis]) / f64::from(v[3]) / f64::from(per_pixel[axis]));
         let (p, q) = (place(a), place(b));
@@ -96,7 +96,7 @@ impl Pulled {
             return;
         }
         let offset = [-dy, dx].map(|d| d / length * f64::from(width) * 0.5);
-        // Both triangles start at `a`, whose flat varyings are the line's.
+        // Both triangles start at `a`, which has the line's flat varyings.
         for (end, sign) in [(a, 1.0), (a, -1.0), (b, 1.0), (a, -1.0), (b, -1.0), (b, 1.0)] {
             let moved = [0, 1].map(|axis| end[axis] + (sign * offset[axis]) as f32 * per_pixel[axis] * end[3]);
             self.data.extend([moved[0], moved[1], end[2], end[3]]);
@@ -105,7 +105,7 @@ impl Pulled {
     }
 }
 
-/// The part of a line with z >= 0, where w is above 0 too; `None` if there is none.
+/// The part of a line with z >= 0, where w is positive, too; `None` if there is no such part.
 fn in_front_of_the_eye(a: &[f32], b: &[f32]) -> Option<(Vec<f32>, Vec<f32>)> {
     let cut = |inside: &[f32], outside: &[f32]| -> Vec<f32> {
         let t = inside[2] / (inside[2] - outside[2]);

@@ -1,4 +1,4 @@
-//! A frame's textures and buffers on a device, and their way there and back.
+//! A frame's textures and buffers on a device: creation, upload and download.
 
 use super::GpuError;
 use super::device::Gpu;
@@ -6,7 +6,7 @@ use nephroid_pipeline::frame::{Frame, TextureId};
 use nephroid_pipeline::state::TextureFormat;
 use nephroid_pipeline::{Buffer, ChannelKind, Texture, TextureDescriptor, TextureShape, format_info};
 
-/// Rows in buffers start at multiples of this [WebGPU §copying].
+/// Alignment of rows in buffers, bytes [WebGPU §copying].
 const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 
 impl Gpu {
@@ -36,14 +36,14 @@ impl Gpu {
         })
     }
 
-    /// Whether the device can draw to a format. A pipeline that does asks for the feature; a texture that is only read needs none.
+    /// Whether the device can draw to a format. Pipelines that draw to the format need the feature; textures that are only read do not.
     fn can_draw_to(&self, format: TextureFormat) -> bool {
         let renderable = format_info(format).is_some_and(|info| info.renderable);
         let features = self.device.features();
         renderable && (format != TextureFormat::Rg11b10Ufloat || features.contains(wgpu::Features::RG11B10UFLOAT_RENDERABLE))
     }
 
-    /// A buffer with these bytes that can be all that a frame uses buffers for.
+    /// Creates a buffer with these bytes and every usage that frames have for buffers.
     pub(super) fn create_buffer(&self, label: &str, bytes: &[u8]) -> Result<wgpu::Buffer, GpuError> {
         let size = (bytes.len().max(1).next_multiple_of(16)) as u64;
         self.within(&format!("buffer `{label}` in bytes"), size, self.device.limits().max_buffer_size)?;
@@ -63,7 +63,7 @@ impl Gpu {
         })
     }
 
-    /// Gives a buffer on the device other bytes, at most as many as it has.
+    /// Replaces the bytes of a buffer on the device, at most as many as it has.
     pub(super) fn write_buffer(&self, buffer: &wgpu::Buffer, bytes: &[u8]) -> Result<(), GpuError> {
         self.checked("filling a buffer", || self.queue_buffer(buffer, bytes))
     }
@@ -78,7 +78,7 @@ impl Gpu {
         }
     }
 
-    /// Gives a texture on the device the contents of one here, all levels and layers.
+    /// Uploads a texture's contents, all levels and layers, to a texture on the device.
     pub(super) fn upload(&self, to: &wgpu::Texture, from: &Texture) -> Result<(), GpuError> {
         let desc = from.desc();
         self.checked(&format!("filling texture `{}`", desc.label), || {
@@ -133,7 +133,7 @@ impl Gpu {
         }
     }
 
-    /// What one surface of a texture on the device holds, put into `into`, which has the texture's description.
+    /// Reads one surface of a texture on the device into `into`, which must have the texture's description.
     pub(super) fn download(&self, from: &wgpu::Texture, into: &mut Texture, level: u32, layer: u32) -> Result<(), GpuError> {
         let doing = format!("reading texture `{}`", into.desc().label);
         let info = into.info();
@@ -171,7 +171,7 @@ impl Gpu {
         Ok(())
     }
 
-    /// The bytes of one surface, rows top down, tightly packed.
+    /// Reads the bytes of one surface, rows top down, tightly packed.
     fn read_back(
         &self,
         doing: &str,
@@ -212,7 +212,7 @@ impl Gpu {
     }
 }
 
-/// Holds the numbers of a depth texture on their way.
+/// Description of the r32float texture through which depth is copied.
 fn staging_texture(width: u32, height: u32) -> wgpu::TextureDescriptor<'static> {
     wgpu::TextureDescriptor {
         label: Some("depth copy"),
@@ -241,7 +241,7 @@ pub(super) fn attachment_view(level: u32, layer: u32) -> wgpu::TextureViewDescri
     }
 }
 
-/// A frame's textures and buffers.
+/// A frame's textures and buffers on a device.
 #[derive(Debug)]
 pub(super) struct Resources {
     pub textures: Vec<wgpu::Texture>,
@@ -249,7 +249,10 @@ pub(super) struct Resources {
 }
 
 impl Resources {
-    /// Makes them; textures are zeros.
+    /// Creates the textures, filled with zeros, and the buffers.
+    ///
+    /// # Errors
+    /// If the device lacks a feature or memory, or a limit is exceeded.
     pub fn new(gpu: &Gpu, frame: &Frame) -> Result<Self, GpuError> {
         let textures = frame.textures.iter().map(|t| gpu.create_texture(&t.desc)).collect::<Result<_, _>>()?;
         let bytes = |data: &Buffer, label: &str| gpu.create_buffer(label, data.bytes());

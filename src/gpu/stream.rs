@@ -1,4 +1,4 @@
-//! Stream-out on a driver: the vertex stage in a compute shader, its results read back in the order of the primitives.
+//! Stream-out on a driver: the vertex stage runs in a compute shader, and its results are read back in the order of the primitives.
 
 use std::sync::Arc;
 
@@ -12,10 +12,10 @@ use nephroid_pipeline::frame::{BindGroup, BindGroupId, Contents, Draw, Frame, Pa
 use nephroid_pipeline::shader::{Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader};
 use nephroid_pipeline::{Bindings, Device, PrimitiveClass, RenderPipelineDescriptor, StreamOutStatistics};
 
-/// Most workgroups in one direction of a dispatch.
+/// Most workgroups of a dispatch in one dimension.
 const MOST_GROUPS: u32 = 65_535;
 
-/// Hands on its vertex's index, in two halves that f32 holds exactly.
+/// Vertex shader that outputs its vertex index in two halves, which f32 holds exactly.
 struct IndexOnly;
 
 impl VertexShader for IndexOnly {
@@ -28,11 +28,11 @@ impl VertexShader for IndexOnly {
     }
 }
 
-/// How the vertices of one pipeline are streamed out. Frames draw with a few pipelines by the thousand.
+/// Stream-out of one pipeline. It is kept because thousands of draws share a few pipelines.
 pub(super) struct Streamed {
     pipeline: wgpu::ComputePipeline,
     bindings: Vec<(u32, Option<TextureUse>)>,
-    /// The frame's buffers and this pipeline alone, its vertices handing on their indices.
+    /// A frame with the same buffers and a variant of this pipeline whose vertices output their indices.
     indices: Frame,
 }
 
@@ -72,7 +72,7 @@ impl Streamed {
         Ok(Self { pipeline, bindings: twin.bindings, indices })
     }
 
-    /// The vertex of every corner of a draw's primitives, in order.
+    /// The vertex index of every corner of a draw's primitives, in order.
     fn vertex_indices(&self, draw: &Draw, device: &Device, contents: &Contents) -> Result<Vec<u32>, GpuError> {
         let (buffers, streamed) = (contents.buffers.clone(), contents.streamed.clone());
         let draw = Draw { pipeline: PipelineId::at(0), bind_group: BindGroupId::at(0), ..draw.clone() };
@@ -83,11 +83,11 @@ impl Streamed {
 }
 
 impl GpuFrame<'_> {
-    /// Streams out what a pass streams out, to the device's buffers and to those of `contents`, before the pass is drawn. The driver runs the
-    /// vertex stage, unless `vertices` says otherwise or it cannot: geometry stages and vertex buffers are the software GPU's.
+    /// Streams out a pass's primitives to the device's buffers and to those of `contents`, before the pass is drawn. The driver runs the vertex
+    /// stage, unless `vertices` is `Pulled` or the draw has a geometry stage or vertex buffers, which the software GPU runs.
     ///
     /// # Errors
-    /// If a program has no twin, or the driver fails.
+    /// If a program has no WGSL twin, or the driver fails.
     pub fn stream_pass(
         &mut self,
         pass: usize,
@@ -114,7 +114,7 @@ impl GpuFrame<'_> {
                 let floats = frame.stream_floats(draw.pipeline);
                 let primitive = floats * class.corners();
                 let needed = streamed.len() / primitive;
-                // Once a primitive did not fit, nothing more is written.
+                // After the first primitive that does not fit, nothing more is written.
                 let full = counts.primitives_written < counts.primitive_storage_needed;
                 let written = if full { 0 } else { needed.min((room - data.len()) / primitive) };
                 data.extend_from_slice(&streamed[..written * primitive]);
@@ -129,11 +129,11 @@ impl GpuFrame<'_> {
         Ok(statistics)
     }
 
-    /// What stream-out of one draw writes, vertex stage by the driver: per vertex of each primitive, clip position (4) and varyings.
-    /// `device` assembles the primitives, from the buffers of `contents`.
+    /// Runs the vertex stage of one draw on the driver and returns the stream-out: for each vertex of each primitive, clip position (4) and varyings.
+    /// `device` assembles the primitives from the buffers of `contents`.
     ///
     /// # Errors
-    /// If the draw has a geometry stage or vertex buffers, which a compute shader does not have either, or the driver fails.
+    /// If the draw has a geometry stage or vertex buffers, which the compute shader does not support, or if the driver fails.
     pub fn stream_out(&mut self, pass: usize, draw: usize, device: &Device, contents: &Contents) -> Result<Vec<f32>, GpuError> {
         let frame = self.frame();
         let described = &frame.passes[pass].draws[draw];

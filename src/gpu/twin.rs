@@ -1,4 +1,4 @@
-//! A program's WGSL twin, made ready for a driver: what it binds, and the entry points that the twin itself does not have.
+//! A program's WGSL twin, completed for a driver: the bindings it uses, and the entry points that the twin does not have.
 
 use std::fmt::Write as _;
 
@@ -8,45 +8,48 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use super::GpuError;
 use nephroid_pipeline::shader::{Interpolation, Program};
 
-/// Entry point that pulls finished vertices from a buffer instead of shading them.
+/// Entry point that reads vertices from a buffer instead of shading them.
 pub(super) const PULLED_VERTEX: &str = "nephroid_pulled";
-/// Entry point of fragments that also count themselves.
+/// Entry point of fragments that also adds one to a counter target.
 pub(super) const COUNTED_FRAGMENT: &str = "nephroid_counted";
-/// Entry point that runs the vertex stage and writes what it makes to a buffer.
+/// Entry point that runs the vertex stage and writes its output to a buffer.
 pub(super) const STREAMED_VERTEX: &str = "nephroid_streamed";
-/// Vertices of a workgroup of [`STREAMED_VERTEX`].
+/// Vertices per workgroup of [`STREAMED_VERTEX`].
 pub(super) const STREAM_GROUP: u32 = 64;
-/// Bind group of the pulled vertices, and of the streamed ones.
+/// Bind group of the pulled vertices and of the streamed ones.
 pub(super) const PULLED_GROUP: u32 = 1;
 
-/// What a texture binding is to the shader.
+/// How a shader uses a texture binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TextureUse {
     pub dimension: wgpu::TextureViewDimension,
     pub depth: bool,
 }
 
-/// Which vertices a pipeline draws.
+/// The vertices that a pipeline draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum VertexSource {
-    /// The twin's `vs`.
+    /// Vertices shaded by the twin's `vs`.
     Shaded,
-    /// Finished ones, with the place inside a sprite if they are corners of one.
+    /// Vertices from a buffer; with `point_coord`, each has its position inside a sprite.
     Pulled { point_coord: bool },
 }
 
-/// A twin with everything a pipeline needs.
+/// A twin with all that a pipeline needs.
 #[derive(Debug)]
 pub(super) struct Twin {
     pub source: String,
     pub vertex_entry: &'static str,
     pub fragment_entry: Option<&'static str>,
-    /// Bindings of group 0 that the entry points use, and what those are that are textures.
+    /// Bindings of group 0 that the entry points use, and for textures how they are used.
     pub bindings: Vec<(u32, Option<TextureUse>)>,
 }
 
 impl Twin {
     /// Completes a program's twin. `counter` is the location of the target that counts fragments.
+    ///
+    /// # Errors
+    /// If the program has no WGSL, the WGSL is not valid, or it lacks an entry point.
     pub fn new(program: &Program, vertices: VertexSource, has_targets: bool, counter: Option<u32>) -> Result<Self, GpuError> {
         let fail = |why: String| GpuError::Twin { program: program.name, why };
         let original = program.wgsl.ok_or_else(|| fail("it has no WGSL twin".to_owned()))?;
@@ -73,7 +76,7 @@ impl Twin {
     }
 }
 
-/// A twin whose `vs` runs in a compute shader: per vertex, position and varyings go to a buffer as stream-out writes them.
+/// A twin whose `vs` runs in a compute shader. Position and varyings of each vertex are written to a buffer in stream-out's layout.
 ///
 /// Bindings of group [`PULLED_GROUP`]: 0 the vertex indices, 1 the stream.
 pub(super) fn streamed_vertex(program: &Program) -> Result<Twin, GpuError> {
@@ -95,7 +98,7 @@ fn streamed_source(source: &str, program: &Program) -> Result<String, String> {
         return Err("its `vs` takes more than a vertex index".to_owned());
     }
     let attribute = source[..start].rfind("@vertex").ok_or("its `vs` has no `@vertex`")?;
-    // The result's members: the position, then the varyings in order.
+    // Members of the result: the position, then the varyings in order.
     let members: Vec<String> = match entry.function.result.as_ref().map(|r| &module.types[r.ty].inner) {
         Some(naga::TypeInner::Struct { members, .. }) => {
             members.iter().filter_map(|m| m.name.as_ref()).map(|m| format!("result.{m}")).collect()
@@ -139,7 +142,7 @@ fn {STREAMED_VERTEX}(@builtin(global_invocation_id) id: vec3<u32>) {{
     ))
 }
 
-/// Bindings of group 0 that some entry points use, and what those are that are textures.
+/// Bindings of group 0 that some entry points use, and for textures how they are used.
 fn bindings_of(module: &naga::Module, info: &ModuleInfo, entries: &[usize]) -> Vec<(u32, Option<TextureUse>)> {
     let mut bindings = Vec::new();
     for &index in entries {
@@ -175,7 +178,7 @@ fn texture_use(inner: &naga::TypeInner) -> Option<TextureUse> {
     Some(TextureUse { dimension, depth: matches!(class, naga::ImageClass::Depth { .. }) })
 }
 
-/// A vertex entry point that reads position and varyings, as many floats per vertex, from a buffer.
+/// WGSL of a vertex entry point that reads position and varyings from a buffer.
 fn pulled_vertex(program: &Program, point_coord: bool) -> String {
     let mut fields = String::new();
     let mut values = String::new();
@@ -218,9 +221,9 @@ fn {PULLED_VERTEX}(@builtin(vertex_index) index: u32) -> NephroidPulled {{
     )
 }
 
-/// A fragment entry point that does what `fs` does and adds one to a further target.
+/// WGSL with a fragment entry point that runs `fs` and adds one to a further target.
 ///
-/// `fs` itself becomes an ordinary function: an entry point cannot be called.
+/// `fs` becomes an ordinary function, because an entry point cannot be called.
 fn counted_fragment(source: &str, program: &Program, location: u32) -> Result<String, String> {
     if program.fragment.is_none() {
         return Ok(format!(
@@ -229,7 +232,7 @@ fn counted_fragment(source: &str, program: &Program, location: u32) -> Result<St
     }
     let (module, _) = parse(source)?;
     let entry = module.entry_points.iter().find(|e| e.name == "fs").ok_or("its twin has no entry point `fs`")?;
-    // The arguments and the result as the source spells them.
+    // The arguments and the result, in the text of the source.
     let start = source.find("fn fs(").ok_or("its `fs` is not spelled `fn fs(`")?;
     let body = start + source[start..].find('{').ok_or("its `fs` has no body")?;
     let signature = source[start + "fn fs(".len()..body].trim();

@@ -1,4 +1,4 @@
-//! Whole files: reading by content, and writing so that a reader never sees half a file.
+//! Reads image files by content, and writes files so that a reader never sees half a file.
 
 use std::fmt;
 use std::fs::{self, File, OpenOptions};
@@ -9,7 +9,7 @@ use crate::openexr::{self, ExrError};
 use crate::png::{self, PngError};
 use crate::{LayerError, LayerSet};
 
-/// Temporary names tried before giving up: leftovers of this many killed processes may lie in a folder.
+/// Temporary names tried before giving up: killed processes may have left this many files in a folder.
 const MAX_TEMPORARY_FILES: u32 = 1000;
 
 /// Why an image file cannot be read or written.
@@ -20,15 +20,15 @@ pub enum FileError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's reason.
         source: io::Error,
     },
-    /// The file cannot be written; nothing was left behind.
+    /// The file cannot be written; no partial file is left.
     #[error("cannot write {}", path.display())]
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's reason.
         source: io::Error,
     },
     /// The file is neither a PNG nor an EXR.
@@ -39,7 +39,7 @@ pub enum FileError {
     UnknownFormat {
         /// The file.
         path: PathBuf,
-        /// Its first bytes, as many as a signature has, or all it has.
+        /// Its first bytes: as many as a signature has, or the whole file if it is shorter.
         start: Vec<u8>,
     },
     /// The PNG is damaged.
@@ -47,7 +47,7 @@ pub enum FileError {
     Png {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The decoder's reason.
         source: PngError,
     },
     /// The EXR is damaged.
@@ -55,25 +55,25 @@ pub enum FileError {
     Exr {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The decoder's reason.
         source: ExrError,
     },
-    /// What the file holds does not make a set of layers.
+    /// The contents of the file do not form a set of layers.
     #[error("cannot read {}", path.display())]
     Layers {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason.
         source: LayerError,
     },
 }
 
-/// What the numbers of a picture are, which the kind of its file says.
+/// The meaning of a picture's numbers, which follows from the format of its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Codes for a display, at most 1 once decoded: a PNG.
+    /// Display values, at most 1 after decoding: a PNG.
     Display,
-    /// Light, or whatever else a layer is named for, without a limit: an EXR.
+    /// Linear light, or the quantity that a layer's name states, without a limit: an EXR.
     Linear,
 }
 
@@ -86,17 +86,19 @@ impl fmt::Display for Kind {
     }
 }
 
-/// What an image file holds.
+/// Contents of an image file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// What its numbers are. Layers do not tell: an EXR may well have the one layer of a PNG.
+    /// Meaning of the numbers. It does not follow from the layers: an EXR may have the only layer of a PNG.
     pub kind: Kind,
-    /// Its layers; those of a PNG are one, [`png::DECODED_NAME`].
+    /// The layers. A PNG has one, [`png::DECODED_NAME`].
     pub layers: LayerSet,
 }
 
-/// Reads a PNG or an EXR. Which of them a file is, its first bytes say, and neither its name nor what is in it; a file that starts otherwise is
-/// read no further.
+/// Reads a PNG or an EXR. The first bytes of the file decide which, not its name. A file that starts with other bytes is not read further.
+///
+/// # Errors
+/// If the file cannot be read, is neither a PNG nor an EXR, or is damaged.
 pub fn read(path: &Path) -> Result<Picture, FileError> {
     let cannot_read = |source| FileError::Read { path: path.to_owned(), source };
     let mut file = File::open(path).map_err(cannot_read)?;
@@ -122,20 +124,23 @@ pub fn read(path: &Path) -> Result<Picture, FileError> {
     Ok(Picture { kind, layers })
 }
 
-/// Bytes as two hexadecimal digits each.
+/// Bytes as two hexadecimal digits each, for a message.
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ")
 }
 
-/// How a file starts, for a message.
+/// The first bytes of a file, for a message.
 fn started(start: &[u8]) -> String {
     if start.is_empty() { "is empty".to_owned() } else { format!("starts with {} (\"{}\")", hex(start), start.escape_ascii()) }
 }
 
-/// Writes a whole file, or leaves what was there before.
+/// Writes a whole file, or leaves the old one unchanged.
 ///
-/// The bytes go to a new file in the same folder (`.nephroid-N.partial`), reach the disk, and only then take the name `path`, in one step
-/// that replaces an older file. On any error the temporary file is removed.
+/// The bytes go to a new file in the same folder (`.nephroid-N.partial`), reach the disk, and only then take the name `path`, in one step that
+/// replaces an older file.
+///
+/// # Errors
+/// If the file cannot be written. The temporary file has then been removed.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let write = || -> io::Result<()> {
         let (temporary_path, mut file) = create_beside(path)?;
@@ -143,7 +148,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
         drop(file);
         let renamed = written.and_then(|()| fs::rename(&temporary_path, path));
         if renamed.is_err() {
-            // The first error is the one to tell; a file that cannot be removed either adds nothing.
+            // The first error is reported; failing to remove the temporary file, too, adds nothing.
             let _ = fs::remove_file(&temporary_path);
         }
         renamed
@@ -151,7 +156,10 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     write().map_err(|source| FileError::Write { path: path.to_owned(), source })
 }
 
-/// Finds out whether [`write_atomically`] could write here, without touching `path`: worth asking before an hour of work.
+/// Checks whether [`write_atomically`] could write here, without touching `path`: useful before an hour of work.
+///
+/// # Errors
+/// If no file can be created in the folder, or `path` is a folder.
 pub fn check_writable(path: &Path) -> Result<(), FileError> {
     let check = || -> io::Result<()> {
         if path.is_dir() {
@@ -164,11 +172,11 @@ pub fn check_writable(path: &Path) -> Result<(), FileError> {
     check().map_err(|source| FileError::Write { path: path.to_owned(), source })
 }
 
-/// Creates a new file in the folder of `path`, under a name that nothing else has.
+/// Creates a new file in the folder of `path`, under an unused name.
 fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
     let mut number = 0;
     loop {
-        // A name of fixed length: a long file name must not become too long by an addition.
+        // The name has a fixed length: a long file name must not become too long.
         let temporary_path = path.with_file_name(format!(".nephroid-{number}.partial"));
         match OpenOptions::new().write(true).create_new(true).open(&temporary_path) {
             Ok(file) => return Ok((temporary_path, file)),

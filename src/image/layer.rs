@@ -1,4 +1,4 @@
-//! Named float layers: what a render returns and what an EXR holds.
+//! Named float layers: the result of a render, and the contents of an EXR.
 
 use crate::{Image, SizeError};
 
@@ -8,7 +8,7 @@ pub const MAX_CHANNELS: usize = 4;
 /// Longest layer name, in bytes: the limit of an OpenEXR attribute name, so that every layer can be written.
 pub const MAX_NAME_LENGTH: usize = 255;
 
-/// One layer every technique can write: its name, shape and meaning.
+/// A layer that every technique can write: its name, shape and meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StandardLayer {
     /// Name in files and on the command line.
@@ -17,11 +17,11 @@ pub struct StandardLayer {
     pub channels: usize,
     /// Unit of the values, "1" for a pure number.
     pub unit: &'static str,
-    /// What the values are, in one line.
+    /// Description of the values in one line.
     pub summary: &'static str,
 }
 
-/// The layers a render can write, in the order in which files hold them. Intermediate attachments go by pass and name instead.
+/// The layers that a render can write, in the order in which files hold them. Intermediate attachments have the names `pass/attachment`.
 pub const STANDARD_LAYERS: &[StandardLayer] = &[
     StandardLayer { name: "color", channels: 3, unit: "W/(m2 sr)", summary: "the picture: linear radiance towards the eye" },
     StandardLayer { name: "depth", channels: 1, unit: "m", summary: "distance along the view axis; infinity where nothing was hit" },
@@ -43,7 +43,7 @@ pub const STANDARD_LAYERS: &[StandardLayer] = &[
     StandardLayer { name: "fragment_count", channels: 1, unit: "1", summary: "fragments shaded at this pixel" },
 ];
 
-/// Why a layer or a set of layers cannot be made.
+/// Why a layer or a set of layers is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LayerError {
     /// The name is empty, too long, or holds something other than visible ASCII.
@@ -69,18 +69,18 @@ pub enum LayerError {
         first: (u32, u32),
         /// Index of the channel that differs.
         channel: usize,
-        /// Its size.
+        /// Size of that channel.
         found: (u32, u32),
     },
-    /// The size of an interleaved list is wrong.
+    /// An interleaved list of pixels has the wrong length.
     #[error("layer `{name}` has the wrong size")]
     Size {
         /// Name of the layer.
         name: String,
-        /// What is wrong with it.
+        /// The reason.
         source: SizeError,
     },
-    /// A set cannot hold two layers of one name.
+    /// Two layers of a set have the same name.
     #[error("there are two layers named `{name}`")]
     Duplicate {
         /// The name.
@@ -96,7 +96,10 @@ pub struct Layer {
 }
 
 impl Layer {
-    /// Makes a layer of 1 to [`MAX_CHANNELS`] planes of equal size; the name must be visible ASCII, at most [`MAX_NAME_LENGTH`] bytes.
+    /// Makes a layer of 1 to [`MAX_CHANNELS`] planes of equal size. The name must be visible ASCII, at most [`MAX_NAME_LENGTH`] bytes.
+    ///
+    /// # Errors
+    /// If the name, the number of planes or a size is not allowed.
     pub fn new(name: impl Into<String>, planes: Vec<Image<f32>>) -> Result<Self, LayerError> {
         let name = name.into();
         if name.is_empty() || name.len() > MAX_NAME_LENGTH || !name.bytes().all(|byte| byte.is_ascii_graphic()) {
@@ -113,6 +116,9 @@ impl Layer {
     }
 
     /// Splits pixels of `N` channels, row-major, into planes.
+    ///
+    /// # Errors
+    /// If the name, the number of channels or the number of pixels is not allowed.
     pub fn from_pixels<const N: usize>(name: &str, width: u32, height: u32, pixels: &[[f32; N]]) -> Result<Self, LayerError> {
         let plane = |channel: usize| {
             Image::from_vec(width, height, pixels.iter().map(|pixel| pixel[channel]).collect())
@@ -152,12 +158,16 @@ impl Layer {
     }
 
     /// The same pixels under another name.
+    ///
+    /// # Errors
+    /// If the name is not allowed.
     pub fn renamed(self, name: impl Into<String>) -> Result<Self, LayerError> {
         Self::new(name, self.planes)
     }
 }
 
-/// Layers in the order they were added, no name twice. Sizes may differ: an intermediate map need not have the size of the picture.
+/// Layers in the order in which they were added; no two have the same name. Sizes may differ: an intermediate map can have another size than the
+/// picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LayerSet {
     layers: Vec<Layer>,
@@ -171,6 +181,9 @@ impl LayerSet {
     }
 
     /// Adds a layer at the end.
+    ///
+    /// # Errors
+    /// If the set has a layer of this name.
     pub fn push(&mut self, layer: Layer) -> Result<(), LayerError> {
         if self.get(layer.name()).is_some() {
             return Err(LayerError::Duplicate { name: layer.name });
@@ -179,7 +192,7 @@ impl LayerSet {
         Ok(())
     }
 
-    /// The layer of that name.
+    /// The layer with this name.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&Layer> {
         self.layers.iter().find(|layer| layer.name == name)

@@ -1,14 +1,14 @@
-//! Pictures as data, and the two files they go to.
+//! Pictures as data, and their two file formats.
 //!
-//! In: float layers named as the renderer names them. Out: an 8-bit PNG to look at and a multi-layer EXR to measure.
+//! In: float layers with the renderer's names. Out: an 8-bit PNG to look at and a multi-layer EXR to measure.
 //!
-//! - [`Image`] is one checked rectangle of anything, row-major, top row first.
-//! - [`Layer`] is one to four float planes under a name; [`LayerSet`] is what a render returns. [`STANDARD_LAYERS`] lists the names.
+//! - [`Image`] is a rectangle of pixels of any type with a checked size, row-major, top row first.
+//! - [`Layer`] is one to four float planes under a name; [`LayerSet`] is the result of a render. [`STANDARD_LAYERS`] lists the names.
 //! - [`tone`] turns linear radiance into display codes; [`png`] and [`openexr`] encode and decode; [`mod@file`] reads and writes whole files.
 //!
-//! Everything here is a pure function of its arguments, except [`mod@file`], which touches the file system. The same layers give the same
-//! bytes on any machine and on any number of threads: no time, no name of the machine, no unordered map goes into a file.
-//! What it does not do: pixel formats of the software GPU (they belong to its textures) and comparing images (metrics).
+//! Everything here is a pure function of its arguments, except [`mod@file`], which uses the file system. The same layers give the same bytes on any
+//! machine and on any number of threads: files contain no time, no machine name, and nothing in the order of an unordered map. Not here: the pixel
+//! formats of the software GPU (they belong to its textures).
 
 pub mod file;
 pub mod layer;

@@ -1,4 +1,4 @@
-//! One rectangle of pixels whose size is always right.
+//! Rectangles of pixels with a checked size.
 
 use std::fmt;
 
@@ -6,40 +6,40 @@ use bytemuck::Zeroable;
 use bytemuck::allocation::try_zeroed_vec;
 use rayon::prelude::*;
 
-/// Why a rectangle of pixels cannot be made.
+/// Why a rectangle of pixels is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SizeError {
-    /// One side is zero.
+    /// Width or height is zero.
     #[error("an image of {width}x{height} pixels has no pixels; both sides must be at least 1")]
     Empty {
-        /// Width asked for, in pixels.
+        /// Width requested, in pixels.
         width: u32,
-        /// Height asked for, in pixels.
+        /// Height requested, in pixels.
         height: u32,
     },
-    /// The bytes do not fit into the address space, or the allocator refused them.
+    /// The bytes exceed the address space, or the allocator has refused them.
     #[error("an image of {width}x{height} pixels of {bytes_per_pixel} bytes does not fit into memory")]
     TooLarge {
-        /// Width asked for, in pixels.
+        /// Width requested, in pixels.
         width: u32,
-        /// Height asked for, in pixels.
+        /// Height requested, in pixels.
         height: u32,
         /// Size of one pixel.
         bytes_per_pixel: usize,
     },
-    /// The list given as pixels is not `width * height` long.
+    /// The list of pixels does not have `width * height` entries.
     #[error("an image of {width}x{height} pixels needs {} pixels, {found} were given", u64::from(*.width) * u64::from(*.height))]
     WrongCount {
-        /// Width asked for, in pixels.
+        /// Width requested, in pixels.
         width: u32,
-        /// Height asked for, in pixels.
+        /// Height requested, in pixels.
         height: u32,
         /// Length of the list.
         found: usize,
     },
 }
 
-/// A rectangle of pixels, row-major, first row at the top; never empty, and its list is exactly `width * height` long.
+/// A rectangle of pixels, row-major, first row at the top. It is never empty, and its list has exactly `width * height` entries.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Image<T> {
     width: u32,
@@ -47,7 +47,7 @@ pub struct Image<T> {
     pixels: Vec<T>,
 }
 
-/// The number of pixels of an image, if such an image can exist.
+/// The number of pixels of an image, if an image of this size can exist.
 fn checked_count<T>(width: u32, height: u32) -> Result<usize, SizeError> {
     if width == 0 || height == 0 {
         return Err(SizeError::Empty { width, height });
@@ -62,7 +62,7 @@ fn checked_count<T>(width: u32, height: u32) -> Result<usize, SizeError> {
     }
 }
 
-/// An empty list with room for every pixel; the allocator's refusal becomes an error.
+/// An empty list with capacity for every pixel. If the allocator refuses, an error is returned.
 fn reserved<T>(width: u32, height: u32) -> Result<Vec<T>, SizeError> {
     let count = checked_count::<T>(width, height)?;
     let mut pixels = Vec::new();
@@ -71,10 +71,13 @@ fn reserved<T>(width: u32, height: u32) -> Result<Vec<T>, SizeError> {
 }
 
 impl<T: Zeroable + Send> Image<T> {
-    /// Row `y` is what `fill(y, row)` writes to a row of zeros; rows are filled in parallel.
+    /// Fills an image in parallel: `fill(y, row)` writes row `y`, which is zero before.
+    ///
+    /// # Errors
+    /// If a side is zero or the image does not fit into memory.
     pub fn from_rows(width: u32, height: u32, fill: impl Fn(u32, &mut [T]) + Sync) -> Result<Self, SizeError> {
         let too_large = SizeError::TooLarge { width, height, bytes_per_pixel: size_of::<T>() };
-        // The system hands out zeros; asking for them touches no page before the thread that fills it does.
+        // Zeroed memory from the system: no page is touched before the thread that fills it does so.
         let mut pixels: Vec<T> = try_zeroed_vec(checked_count::<T>(width, height)?).map_err(|()| too_large)?;
         pixels.par_chunks_exact_mut(width as usize).enumerate().for_each(|(y, row)| fill(y as u32, row));
         Ok(Self { width, height, pixels })
@@ -82,7 +85,10 @@ impl<T: Zeroable + Send> Image<T> {
 }
 
 impl<T> Image<T> {
-    /// Takes a row-major list that must hold exactly `width * height` pixels.
+    /// Makes an image of a row-major list that must have exactly `width * height` pixels.
+    ///
+    /// # Errors
+    /// If a side is zero or the list has another length.
     pub fn from_vec(width: u32, height: u32, pixels: Vec<T>) -> Result<Self, SizeError> {
         if checked_count::<T>(width, height)? != pixels.len() {
             return Err(SizeError::WrongCount { width, height, found: pixels.len() });
@@ -90,7 +96,10 @@ impl<T> Image<T> {
         Ok(Self { width, height, pixels })
     }
 
-    /// Pixel `(x, y)` is `f(x, y)`; called in row-major order, once per pixel.
+    /// Makes an image with pixel `(x, y)` = `f(x, y)`. `f` is called in row-major order, once per pixel.
+    ///
+    /// # Errors
+    /// If a side is zero or the image does not fit into memory.
     pub fn from_fn(width: u32, height: u32, mut f: impl FnMut(u32, u32) -> T) -> Result<Self, SizeError> {
         let mut pixels = reserved(width, height)?;
         for y in 0..height {
@@ -128,7 +137,7 @@ impl<T> Image<T> {
         &mut self.pixels
     }
 
-    /// Gives the list of pixels away.
+    /// Returns the list of pixels, row-major.
     #[must_use]
     pub fn into_pixels(self) -> Vec<T> {
         self.pixels
@@ -155,7 +164,10 @@ impl<T> Image<T> {
         self.pixels.chunks_exact_mut(self.width as usize)
     }
 
-    /// An image of the same size whose pixels are `f` of these.
+    /// Applies `f` to every pixel and returns an image of the same size.
+    ///
+    /// # Errors
+    /// If the new image does not fit into memory.
     pub fn map<U>(&self, mut f: impl FnMut(&T) -> U) -> Result<Image<U>, SizeError> {
         let mut pixels = reserved(self.width, self.height)?;
         pixels.extend(self.pixels.iter().map(&mut f));
@@ -168,7 +180,10 @@ impl<T> Image<T> {
 }
 
 impl<T: Clone> Image<T> {
-    /// Every pixel is `value`.
+    /// An image with every pixel equal to `value`.
+    ///
+    /// # Errors
+    /// If a side is zero or the image does not fit into memory.
     pub fn filled(width: u32, height: u32, value: T) -> Result<Self, SizeError> {
         let mut pixels = reserved(width, height)?;
         pixels.resize(checked_count::<T>(width, height)?, value);
@@ -176,7 +191,7 @@ impl<T: Clone> Image<T> {
     }
 }
 
-/// Size only: a dump of a million pixels helps nobody.
+/// Shows the size only, because a list of a million pixels is of no use.
 impl<T> fmt::Debug for Image<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Image({}x{} {})", self.width, self.height, std::any::type_name::<T>())

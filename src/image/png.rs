@@ -1,9 +1,9 @@
-//! 8-bit sRGB PNG: the file to look at.
+//! 8-bit sRGB PNG: files for looking at.
 //!
-//! In: one float layer, linear. Out: the bytes of a PNG with an `sRGB` chunk and no other metadata, so equal layers give equal bytes, on any
-//! number of threads (`stream` says how they share the compression).
-//! The colours go through [`ToneMap`], the sRGB curve and 8-bit rounding, all defined in [`crate::tone`].
-//! Decoding takes any PNG (palette, 1 to 16 bits, interlaced) and gives display-referred linear light in `0..=1`; the tone map is not undone.
+//! In: one float layer, linear. Out: the bytes of a PNG with an `sRGB` chunk and no other metadata. Equal layers give equal bytes on any number of
+//! threads (`stream` describes how threads share the compression). Colours pass through [`ToneMap`], the sRGB curve and 8-bit rounding, all defined
+//! in [`crate::tone`]. Decoding accepts any PNG (palette, 1 to 16 bits, interlaced) and gives display-referred linear light in `0..=1`; the tone map
+//! is not undone.
 
 mod stream;
 
@@ -14,13 +14,13 @@ use rayon::prelude::*;
 use crate::tone::{ToneMap, quantize_8bit, srgb_code, srgb_decode};
 use crate::{Image, Layer, LayerError, SizeError};
 
-/// Name of the layer that [`decode`] gives.
+/// Name of the layer that [`decode`] returns.
 pub const DECODED_NAME: &str = "color";
 
 /// The first bytes of every PNG.
 pub const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// Most bytes that one byte of a deflate stream can become (258 bytes from two bits), rounded up.
+/// Most bytes that one byte of a deflate stream can expand to (258 bytes from two bits), rounded up.
 const MAX_EXPANSION: u64 = 1040;
 
 /// Most bytes of the stream in one chunk of a file; the format allows twice as many.
@@ -29,7 +29,7 @@ const MAX_CHUNK_BYTES: usize = 1 << 30;
 /// Why a PNG cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum PngError {
-    /// A PNG shows grey, RGB or RGBA; two channels have no meaning.
+    /// A layer of two channels; a PNG has grey, RGB or RGBA.
     #[error("layer `{name}` has 2 channels; a PNG takes 1 (grey), 3 (RGB) or 4 (RGBA)")]
     TwoChannels {
         /// Name of the layer.
@@ -38,7 +38,7 @@ pub enum PngError {
     /// The encoder refused the picture.
     #[error("the picture cannot be encoded as PNG")]
     Encode(#[from] png::EncodingError),
-    /// The file is not a PNG, or a damaged one.
+    /// The file is not a PNG, or is damaged.
     #[error("not a valid PNG")]
     Decode(#[from] png::DecodingError),
     /// The header declares more pixels than the bytes of the file can hold.
@@ -51,15 +51,18 @@ pub enum PngError {
         /// Length of the file.
         file_bytes: usize,
     },
-    /// The pixels do not make an image.
+    /// The pixels do not form an image.
     #[error(transparent)]
     Size(#[from] SizeError),
-    /// The pixels do not make a layer.
+    /// The pixels do not form a layer.
     #[error(transparent)]
     Layer(#[from] LayerError),
 }
 
 /// Encodes a layer of 1 (grey), 3 (RGB) or 4 channels (RGBA; alpha is straight and stays linear) as an 8-bit PNG.
+///
+/// # Errors
+/// If the layer has 2 channels, or the encoder refuses the picture.
 pub fn encode(layer: &Layer, tone: &ToneMap) -> Result<Vec<u8>, PngError> {
     let color = match layer.channel_count() {
         1 => png::ColorType::Grayscale,
@@ -81,7 +84,7 @@ pub fn encode(layer: &Layer, tone: &ToneMap) -> Result<Vec<u8>, PngError> {
     Ok(bytes)
 }
 
-/// The display codes of a layer, `channel_count` bytes per pixel, interleaved: an image that is that many times as wide.
+/// The display codes of a layer, `channel_count` bytes per pixel, interleaved: an image wider by that factor.
 fn codes(layer: &Layer, tone: &ToneMap) -> Result<Image<u8>, PngError> {
     let (width, channels) = (layer.width() as usize, layer.channel_count());
     let too_wide = SizeError::TooLarge { width: layer.width(), height: layer.height(), bytes_per_pixel: channels };
@@ -107,14 +110,17 @@ fn codes(layer: &Layer, tone: &ToneMap) -> Result<Image<u8>, PngError> {
 
 /// Decodes any PNG to a layer named [`DECODED_NAME`]: 1 (grey), 2 (grey and alpha), 3 or 4 channels, linear light, alpha as stored.
 ///
-/// A declared size that the bytes present cannot fill is refused before memory is taken for it.
+/// A declared size that the file cannot fill is refused before memory is allocated.
+///
+/// # Errors
+/// If the bytes are not a PNG or are damaged.
 pub fn decode(bytes: &[u8]) -> Result<Layer, PngError> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info()?;
     let (width, height) = reader.info().size();
     let implausible = PngError::Implausible { width, height, file_bytes: bytes.len() };
-    // At least one bit per pixel must come out of the stream.
+    // The stream must give at least one bit per pixel.
     if u64::from(width) * u64::from(height) / 8 > bytes.len() as u64 * MAX_EXPANSION {
         return Err(implausible);
     }

@@ -2,19 +2,19 @@
 //!
 //! The three steps, in order, for one pixel:
 //!
-//! 1. [`ToneMap::apply`]: exposure, then a curve that leaves everything below the shoulder alone and rolls highlights off towards white;
+//! 1. [`ToneMap::apply`]: exposure, then a curve that leaves values below the shoulder unchanged and compresses highlights towards white;
 //! 2. [`srgb_encode`]: the transfer function of IEC 61966-2-1;
-//! 3. [`quantize_8bit`]: `code = ⌊255·v + ½⌋`, so code `k` stands for the values nearest to `k/255`, halves upwards. No dither.
+//! 3. [`quantize_8bit`]: `code = ⌊255·v + ½⌋`, so code `k` stands for the values nearest to `k/255`; halves are rounded up. No dither.
 //!
-//! Pictures take the last two steps at once, by the table of [`srgb_code`].
+//! Pictures take the last two steps together, by the table of [`srgb_code`].
 //!
-//! The road not taken: the filmic curves in common use (ACES fits, the Khronos PBR neutral map) reach 0.95 of white at about twice
-//! diffuse white. A caustic is brighter than the plain floor by a factor of 2 to 20, and all of its structure is in there: they would print
-//! it as flat white. Here the shoulder is longer: 2, 4 and 8 times diffuse white become codes 231, 243 and 250.
+//! Road not taken: the usual filmic curves (ACES fits, the Khronos PBR neutral map) reach 0.95 of white at about twice diffuse white. A caustic is
+//! brighter than the plain floor by a factor of 2 to 20, and all of its structure is in that range: these curves would show it as flat white. The
+//! shoulder here is longer: 2, 4 and 8 times diffuse white become codes 231, 243 and 250.
 
 use std::sync::LazyLock;
 
-/// Tone map for pictures with strong highlights: linear below a shoulder, extended Reinhard above it, hue kept, saturation rolled off.
+/// Tone map for pictures with strong highlights: linear below a shoulder, extended Reinhard above it. Hue is preserved, saturation decreases.
 ///
 /// With `c = max(0, exposure·rgb)`, `p = max(c)`, `s = shoulder`, `t = (p−s)/(1−s)`, `w = (white−s)/(1−s)`:
 /// ```text
@@ -32,7 +32,7 @@ pub struct ToneMap {
     pub shoulder: f32,
     /// Exposed value that becomes display white, above 1; clamped to at least 1. Default: 16.
     pub white: f32,
-    /// How fast compressed highlights lose saturation, 0 for never. Default: 0.15.
+    /// How fast compressed highlights lose saturation; 0 for not at all. Default: 0.15.
     pub desaturation: f32,
 }
 
@@ -42,7 +42,7 @@ impl Default for ToneMap {
     }
 }
 
-/// Above this, exposed values are all the same white; keeps infinity out of the arithmetic.
+/// Exposed values above this give the same white; keeps infinity out of the arithmetic.
 const BRIGHTEST: f32 = 1.0e9;
 
 impl ToneMap {
@@ -52,7 +52,7 @@ impl ToneMap {
         Self { exposure: libm::exp2f(stops), ..Self::default() }
     }
 
-    /// Maps one linear RGB radiance to linear display RGB in `0..=1`. NaN and negative channels count as 0, infinity as white.
+    /// Maps one linear RGB radiance to linear display RGB in `0..=1`. NaN and negative channels become 0, infinity becomes white.
     #[must_use]
     pub fn apply(&self, rgb: [f32; 3]) -> [f32; 3] {
         let shoulder = self.shoulder.clamp(0.0, 0.99);
@@ -67,7 +67,7 @@ impl ToneMap {
         let shown = (shoulder + range * above * (1.0 + above / (white * white)) / (1.0 + above)).min(1.0);
         let grey = 1.0 - 1.0 / (self.desaturation.max(0.0) * (peak - shown) + 1.0);
         let scale = shown / peak;
-        // Rounding may leave the sum a hair above 1.
+        // Rounding may leave the sum slightly above 1.
         exposed.map(|channel| (channel * scale * (1.0 - grey) + shown * grey).min(1.0))
     }
 }
@@ -96,31 +96,31 @@ pub fn srgb_decode(signal: f32) -> f32 {
 /// `⌊255·v + ½⌋` of a value clamped to `0..=1`; NaN is 0.
 #[must_use]
 pub fn quantize_8bit(value: f32) -> u8 {
-    // In range by the clamp, so the cast only drops the fraction.
+    // The clamp has brought the value into range, so the cast only drops the fraction.
     (clamp_or_zero(value, 1.0) * 255.0 + 0.5) as u8
 }
 
-/// The 8-bit sRGB code of linear light: `quantize_8bit(srgb_encode(linear))`, by table instead of by powers.
+/// The 8-bit sRGB code of linear light: `quantize_8bit(srgb_encode(linear))`, from a table instead of a power.
 #[must_use]
 pub fn srgb_code(linear: f32) -> u8 {
     static STEPS: LazyLock<CodeSteps> = LazyLock::new(CodeSteps::new);
     STEPS.code(linear)
 }
 
-/// The staircase from linear light to codes: where each step is, and which step is the last before each interval of floats.
+/// The step function from linear light to codes: the position of each step, and the last step before each interval of floats.
 ///
-/// Intervals hold the floats that agree in sign, exponent and seven bits of the mantissa. The curve is so flat that none holds two steps.
+/// An interval holds the floats with one sign, exponent and upper seven bits of the mantissa. The curve is so flat that no interval holds two steps.
 struct CodeSteps {
-    /// Code of an interval's least number.
+    /// Code of the interval's least number.
     codes: Vec<u8>,
-    /// Least number with a code above that one; beyond the interval if it has no step.
+    /// Least number with a larger code; beyond the interval if the interval has no step.
     steps: Vec<f32>,
 }
 
 impl CodeSteps {
-    /// Bits of a float that do not tell intervals apart.
+    /// Number of low bits that floats of an interval differ in.
     const SHIFT: u32 = 16;
-    /// First interval with a step in it or after it; all below has code 0.
+    /// First interval with a step in it or after it; numbers below have code 0.
     const FIRST: u32 = 0x3900_0000 >> Self::SHIFT;
     /// The interval of 1.
     const LAST: u32 = 0x3f80_0000 >> Self::SHIFT;

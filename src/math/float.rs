@@ -1,14 +1,14 @@
 //! Elementary functions with the same bits everywhere: on every machine, at every SIMD level, one lane or sixteen.
 //!
-//! The wide functions ([`exp`], [`exp2`], [`sin_cos`], [`sin`], [`cos`]) use nothing but what [`Lanes`] offers, which IEEE 754
-//! rounds exactly; there is no table and no branch. The slow ones ([`ln`], [`log2`], [`pow`], [`acos`], [`atan2`]) call `libm`
-//! lane by lane. Everything that runs per fragment should need only the first kind.
+//! The wide functions ([`exp`], [`exp2`], [`sin_cos`], [`sin`], [`cos`]) use only the operations of [`Lanes`], which IEEE 754 rounds exactly; they
+//! have no table and no branch. The slow functions ([`ln`], [`log2`], [`pow`], [`acos`], [`atan2`]) call `libm` lane by lane. Code that runs per
+//! fragment should need only the wide ones.
 //!
 //! Polynomial coefficients are minimax fits of the relative error (Lawson's iteration at 25 digits), rounded to `f32`. Error bounds are
 //! in ulp of the exact result and are checked against 64-bit `libm` over dense sweeps in the tests.
 //!
-//! Road not taken: a fused multiply-add would save a rounding or two and a third of the instructions of [`exp`], but hardware
-//! without one would give other bits.
+//! Road not taken: a fused multiply-add would save one or two roundings and a third of the instructions of [`exp`], but hardware without it would
+//! give other bits.
 
 use std::f32::consts::{FRAC_2_PI, LN_2, LOG2_E};
 
@@ -41,9 +41,9 @@ fn exp_scaled<L: Lanes>(r: L, k: L) -> L {
 /// (results that would be subnormal are flushed). NaN stays NaN; `exp(±0) = 1` exactly.
 #[inline(always)]
 pub fn exp<L: Lanes>(x: L) -> L {
-    // The bound comes first: where x is NaN, `min` returns its second operand.
+    // `x` is the second operand because `min` returns the second operand if either is NaN.
     let x = Lanes::min(x.like(88.73), x);
-    // k stays at 127 where it would round to 128, whose power of two is no number; r grows instead, as far as 0.6975.
+    // k stays at 127 where it would round to 128, because 2^128 is not finite; r grows instead, up to 0.6975.
     let k = Lanes::min(x.like(127.0), (x * LOG2_E).round_ties_even());
     let r = x - k * LN_2_HIGH - k * LN_2_LOW;
     L::select(x.lt(x.like(EXP_MIN)), x.like(0.0), exp_scaled(r, k))
@@ -57,7 +57,7 @@ pub fn exp<L: Lanes>(x: L) -> L {
 pub fn exp2<L: Lanes>(x: L) -> L {
     let x = Lanes::min(x.like(128.0), x);
     let k = Lanes::min(x.like(127.0), x.round_ties_even());
-    // 128 leaves r = ln 2, for which the polynomial may stop just short of 2: the overflow is spelled out.
+    // 128 leaves r = ln 2, for which the polynomial may end slightly below 2, so the overflow is selected explicitly.
     let scaled = L::select(x.ge(x.like(128.0)), x.like(f32::INFINITY), exp_scaled((x - k) * LN_2, k));
     L::select(x.lt(x.like(-126.0)), x.like(0.0), scaled)
 }
@@ -67,16 +67,16 @@ const HALF_PI_HIGH: f32 = 1.570_312_5;
 const HALF_PI_MID: f32 = 4.837_513e-4;
 const HALF_PI_LOW: f32 = 7.549_79e-8;
 
-/// Sine and cosine of `x` radians together, for the price of little more than one.
+/// Sine and cosine of `x` radians together, at little more than the cost of one.
 ///
-/// The argument is reduced by the nearest multiple of `π/2` in three parts (Cody & Waite 1980), good for `|x| ≤ 1e4`: there the absolute error
-/// is below 1e-7 for both and, for `|x| ≤ 100` and a result above 1e-3 in magnitude, within 2 ulp. Beyond 1e4 the error grows with `|x|`, but
-/// the results stay in `[−1, 1]`. `sin(±0) = +0`. NaN and infinities give NaN.
+/// The argument is reduced by the nearest multiple of `π/2` in three parts (Cody & Waite 1980), valid for `|x| ≤ 1e4`. In this range the absolute
+/// error is below 1e-7 for both; for `|x| ≤ 100` and a result above 1e-3 in magnitude, the error is within 2 ulp. Beyond 1e4 the error grows with
+/// `|x|`, but the results stay in `[−1, 1]`. `sin(±0) = +0`. NaN and infinities give NaN.
 #[inline(always)]
 pub fn sin_cos<L: Lanes>(x: L) -> (L, L) {
     let q = (x * FRAC_2_PI).round_ties_even();
     let r = x - q * HALF_PI_HIGH - q * HALF_PI_MID - q * HALF_PI_LOW;
-    // Only arguments out of range are changed by this bound, which is written so that NaN passes.
+    // This bound changes only arguments out of range, and is written so that NaN passes.
     let r = Lanes::max(r.like(-0.7863), Lanes::min(r.like(0.7863), r));
     let r2 = r * r;
     let sine = ((r2 * -1.951_487_2e-4 + 8.332_158e-3) * r2 - 0.166_666_55) * (r2 * r) + r;
@@ -139,7 +139,7 @@ pub fn acos<L: Lanes>(x: L) -> L {
 
 /// Angle in `[−π, π]` radians of the point `(x, y)`, anticlockwise from +x. Slow: lane by lane through `libm`.
 ///
-/// Within 1.1 ulp. The origin gives zero or `±π` after the signs of its zeros, as C's `atan2f` does.
+/// Within 1.1 ulp. The origin gives zero or `±π`, by the signs of its zeros, as C's `atan2f` does.
 #[inline]
 pub fn atan2<L: Lanes>(y: L, x: L) -> L {
     L::from_fn(y.token(), |i| libm::atan2f(y.lane(i), x.lane(i)))

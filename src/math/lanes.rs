@@ -1,18 +1,18 @@
-//! One text, several widths: the number type that shaders and other hot code are generic over.
+//! The number type of shaders and other hot code: generic over the number of lanes.
 //!
-//! A shader is written once over `L: Lanes`. With `L = f32` it reads like the paper's equation and is the definition;
-//! with 16 lanes it runs one 4x4 pixel block, or sixteen vertices, at a time. Both give the same bits, at every SIMD level:
+//! A shader is written once over `L: Lanes`. With `L = f32` it reads like the paper's equation and is the definition; with sixteen lanes it processes
+//! a 4x4 pixel block or sixteen vertices at a time. Both give the same bits, at every SIMD level:
 //!
 //! - only operations that IEEE 754 rounds exactly are offered (`+ - * /`, square root, rounding to an integer);
 //! - there is no fused multiply-add, because hardware without it would round differently;
-//! - `min` and `max` are spelled out as a comparison and a select, so NaN goes the same way everywhere;
-//! - conversions to integers saturate, as Rust's `as` and WGSL's value conversions do; processors' own give other numbers out of range;
+//! - `min` and `max` are a comparison and a select, so their results for NaN are the same everywhere;
+//! - conversions to integers saturate, as Rust's `as` and WGSL's value conversions do; the processors' own instructions differ out of range;
 //! - branches become masks and [`Lanes::select`].
 //!
 //! Generic code over lanes must be inlined into a function that is compiled for the level, or every operation becomes a call. Mark such functions
-//! `#[inline(always)]`, and use no closures that take or return lanes (nor `array::map`, which takes one): a closure cannot be so marked.
+//! `#[inline(always)]`. Do not use closures that take or return lanes (nor `array::map`, which takes one): closures cannot be marked so.
 //!
-//! Elementary functions (exponential, sine, ...) are built from these in `math::float`.
+//! `math::float` builds elementary functions (exponential, sine, ...) from these operations.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -36,7 +36,7 @@ pub trait Lanes:
 {
     /// One truth value per lane.
     type Mask: Mask;
-    /// Proof that the machine can run this width; needed to make a value from nothing.
+    /// Proof that the machine can run this width; needed to make lanes from constants.
     type Token: Copy;
     /// Number of lanes.
     const LEN: usize;
@@ -49,13 +49,13 @@ pub trait Lanes:
     fn load(token: Self::Token, slice: &[f32]) -> Self;
     /// Writes the lanes to the first [`Self::LEN`] places of a slice. Panics if it is shorter.
     fn store(self, slice: &mut [f32]);
-    /// The token this value was made with.
+    /// The token with which this value was made.
     fn token(self) -> Self::Token;
-    /// The number in lane `index`. For all of them, [`Self::to_array`] is quicker.
+    /// The number in lane `index`. To read all lanes, [`Self::to_array`] is faster.
     fn lane(self, index: usize) -> f32;
     /// Lane `i` in place `i`; places beyond [`Self::LEN`] are 0.
     fn to_array(self) -> [f32; 16];
-    /// Each lane rounded toward zero, then clamped to `−2^31..=2^31 − 1`; NaN becomes 0. So does Rust's `as i32`, and WGSL's conversion, which leaves
+    /// Each lane rounded toward zero, then clamped to `−2^31..=2^31 − 1`; NaN becomes 0. This is Rust's `as i32`, and WGSL's conversion, which leaves
     /// NaN open [WGSL §15.7.6, floating point conversion]. Places beyond [`Self::LEN`] are 0.
     fn to_i32(self) -> [i32; 16];
     /// Each lane rounded toward zero, then clamped to `0..=2^32 − 1`; NaN becomes 0, as by Rust's `as u32`. Places beyond [`Self::LEN`] are 0.
@@ -82,7 +82,7 @@ pub trait Lanes:
     /// Nearest integer, ties to even.
     #[must_use]
     fn round_ties_even(self) -> Self;
-    /// `2^self` for integral `self` in `−126..=127`. Other numbers give no power of two, but the same bits at every level.
+    /// `2^self` for integral `self` in `−126..=127`. Other arguments give other numbers, with the same bits at every level.
     #[must_use]
     fn exp2_int(self) -> Self;
 
@@ -120,7 +120,7 @@ pub trait Lanes:
     fn clamp(self, low: f32, high: f32) -> Self {
         Lanes::min(Lanes::max(self, self.like(low)), self.like(high))
     }
-    /// `f` of each lane on its own: for what has no wide form.
+    /// Applies `f` to each lane separately, for functions without a wide form.
     #[inline(always)]
     #[must_use]
     fn map(self, mut f: impl FnMut(f32) -> f32) -> Self {
@@ -131,9 +131,9 @@ pub trait Lanes:
 
 /// One truth value per lane.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
-    /// True if any lane is.
+    /// True if any lane is true.
     fn any(self) -> bool;
-    /// True if every lane is.
+    /// True if every lane is true.
     fn all(self) -> bool;
     /// Lane `i` as bit `i`.
     fn bits(self) -> u32;
@@ -154,8 +154,8 @@ impl Mask for bool {
     }
 }
 
-/// `1.5·2^23 + 127`: added to an integer, it leaves the integer plus the exponent bias of f32 in the sum's lowest bits. No conversion is needed,
-/// whose result out of range would differ between processors.
+/// `1.5·2^23 + 127`: added to an integer, it leaves the integer plus the exponent bias of f32 in the sum's lowest bits. No integer conversion is
+/// needed, whose result out of range would differ between processors.
 const EXPONENT_BIAS: f32 = 12_583_039.0;
 
 impl Lanes for f32 {
@@ -256,8 +256,8 @@ impl<S: Simd> Mask for mask32x16<S> {
     }
 }
 
-/// Whether the level's minimum and maximum are a comparison and a select to the bit, the second operand where either is NaN or both are zero:
-/// those of x86's vectors are, those of scalar code and of other processors are not.
+/// Whether the level's minimum and maximum instructions have the bits of a comparison and a select: they return the second operand if either is NaN
+/// or both are zero. True for vectors of x86, false for scalar code and for other processors.
 #[inline(always)]
 fn has_this_minimum<S: Simd>(lanes: f32x16<S>) -> bool {
     cfg!(any(target_arch = "x86", target_arch = "x86_64")) && !lanes.token().level().is_fallback()

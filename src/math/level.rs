@@ -1,14 +1,14 @@
-//! The SIMD levels of this machine, by name: what tests iterate over and reports print.
+//! The SIMD levels of this machine, by name, for tests and reports.
 //!
-//! A level never changes a result, only its speed (see [`lanes`](super::lanes)); whoever dispatches takes a
-//! [`Level`] as an argument so that a test can ask for any of them.
+//! A level changes only the speed, never a result (see [`lanes`](super::lanes)). Code that dispatches takes a [`Level`] as an argument, so that a
+//! test can choose any level.
 
 use fearless_simd::{Level, Simd, dispatch};
 
 /// Every level this machine can run, scalar first and the fastest last.
 ///
-/// At least two entries on any target with SIMD: [`Level::fallback`], which is plain scalar code, is always included. A build with `target-cpu`
-/// set has fewer, because the compiler then never goes below that processor.
+/// Any target with SIMD has at least two: [`Level::fallback`], which is plain scalar code, is always included. A build with `target-cpu` set has
+/// fewer, because the compiler then never uses a level below that processor.
 #[must_use]
 pub fn available_levels() -> Vec<(&'static str, Level)> {
     let best = Level::new();
@@ -25,7 +25,7 @@ pub fn available_levels() -> Vec<(&'static str, Level)> {
         levels.push(best);
     }
     let mut named: Vec<_> = levels.into_iter().map(|level| (level_name(level), level)).collect();
-    // A build for one particular processor runs the levels below its own as its own: each is listed once.
+    // A build for one particular processor compiles all levels below as that processor's level; each is listed once.
     named.dedup_by_key(|(name, _)| *name);
     named
 }
@@ -36,7 +36,7 @@ pub fn level_name(level: Level) -> &'static str {
     dispatch!(level, simd => name_of(simd))
 }
 
-/// The last path segment of the token's type decides: the tokens have one type per level.
+/// Found from the last path segment of the token's type: there is one type per level.
 #[inline(always)]
 fn name_of<S: Simd>(_simd: S) -> &'static str {
     let type_name = std::any::type_name::<S>();
@@ -52,7 +52,7 @@ fn name_of<S: Simd>(_simd: S) -> &'static str {
     }
 }
 
-/// The token of the least level that every x86-64 processor has.
+/// The token of the lowest level that every x86-64 processor has.
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 #[must_use]
 pub fn baseline() -> impl Simd {
@@ -61,9 +61,9 @@ pub fn baseline() -> impl Simd {
 
 /// Runs large generic code at a level, with fewer copies of it than [`dispatch!`] makes: AVX-512, AVX2 and the target's baseline.
 ///
-/// `wide_dispatch!(level, simd => wide, narrow)`: `wide` is evaluated with a token where the level has vectors of 8 or more
-/// lanes, else `narrow`, which may name `simd` again (the baseline's token) or be scalar. Shaders and the tile loop are
-/// large, every copy costs build time, and SSE4.2 gains little over SSE2 there. Results do not depend on it.
+/// `wide_dispatch!(level, simd => wide, narrow)` evaluates `wide` with a token if the level has vectors of 8 or more lanes, otherwise `narrow`, which
+/// may use `simd` (the baseline's token) or be scalar. Shaders and the tile loop are large, every copy costs build time, and SSE4.2 gains little over
+/// SSE2 there. Results are the same in both.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! wide_dispatch {
@@ -85,8 +85,8 @@ macro_rules! wide_dispatch {
 }
 pub use wide_dispatch;
 
-/// The levels of this machine for which [`wide_dispatch!`] has machine code of its own, lowest first: what runs through it needs no test at
-/// any other.
+/// The levels of this machine for which [`wide_dispatch!`] has machine code of its own, lowest first. Code that runs through the macro needs no test
+/// at other levels.
 #[must_use]
 pub fn wide_levels() -> Vec<(&'static str, Level)> {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]

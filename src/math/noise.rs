@@ -1,13 +1,13 @@
 //! Gradient noise: Perlin's improved noise in two and three dimensions, with exact gradients, and its fractal sum.
 //!
 //! `n(p) = Σ_corners w(p − c) · (g_c · (p − c))`, `w` = product over the axes of the quintic fade
-//! [Perlin, "Improving Noise", SIGGRAPH 2002]. Two things differ from that text. The lattice gradient `g_c` comes from an
-//! integer hash of `(corner, seed)` instead of a 256-entry permutation, so that nothing repeats and every seed is a new field;
-//! and the plane has its own sixteen directions instead of a slice of the space field, which has flat spots there.
+//! [Perlin, "Improving Noise", SIGGRAPH 2002]. Two details differ from that text. The lattice gradient `g_c` comes from an integer hash of
+//! `(corner, seed)` instead of a 256-entry permutation, so the noise does not repeat and every seed gives a new field. The plane has sixteen
+//! directions of its own instead of a slice of the space field, which is flat in places.
 //!
-//! Noise is zero at every lattice point, has continuous second derivatives, mean 0, and features about one unit wide. Coordinates
-//! are pure numbers: divide metres by the wanted feature size first. Every integer coordinate has its own gradient up to ±2²³; beyond
-//! that `f32` has no fraction left and the noise stops varying. NaN and infinite coordinates give NaN.
+//! Noise is zero at every lattice point, has continuous second derivatives, mean 0, and features about one unit wide. Coordinates are pure numbers:
+//! divide metres by the wanted feature size first. Every integer coordinate has its own gradient up to ±2²³; beyond, `f32` has no fraction and the
+//! noise is constant. NaN and infinite coordinates give NaN.
 
 use super::lanes::Lanes;
 use super::vector::V3;
@@ -57,10 +57,10 @@ const DIRECTIONS_3D: [[f32; 3]; 16] = [
     [0.0, -1.0, -1.0],
 ];
 
-/// Unit directions in the plane reach ±1/√2 (at the centre of a cell); this brings them to ±1.
+/// Noise with unit directions in the plane reaches ±1/√2 (at the centre of a cell); this factor brings it to ±1.
 const SCALE_2D: f32 = std::f32::consts::SQRT_2;
 
-/// Farthest cell that is told from its neighbours in lanes: conversions of greater numbers differ between machines.
+/// Largest cell that lanes distinguish from its neighbours: conversions of greater numbers differ between machines.
 const MOST_CELL: f32 = 1.0e9;
 
 /// A bijective mix of 32 bits in which every input bit reaches every output bit (the finaliser of MurmurHash3).
@@ -73,7 +73,7 @@ fn mix(mut h: u32) -> u32 {
     h ^ (h >> 16)
 }
 
-/// Hash of one more lattice coordinate on top of `h`; the odd constant keeps runs of small integers apart.
+/// Hash of one more lattice coordinate, combined with `h`. The odd constant separates runs of small integers.
 #[inline]
 fn fold(h: u32, coordinate: i32) -> u32 {
     mix(h.wrapping_add(coordinate as u32).wrapping_mul(0x9e37_79b1))
@@ -96,7 +96,7 @@ fn fade(t: f32) -> (f32, f32) {
 
 #[inline]
 fn direction2(seed: u32, x: i32, y: i32) -> [f32; 2] {
-    // The top bits of a multiplicative mix are its best.
+    // The top bits of a multiplicative mix have the best quality.
     DIRECTIONS_2D[(fold(fold(mix(seed), x), y) >> 28) as usize]
 }
 
@@ -169,14 +169,14 @@ pub fn perlin3_gradient(x: f32, y: f32, z: f32, seed: u32) -> (f32, [f32; 3]) {
     (trilinear(ramp, u, v, w), gradient)
 }
 
-/// Lattice cells of many numbers and positions in them, as [`split`] has them as far as cells can be told apart.
+/// Lattice cells of many numbers and positions inside them, as from [`split`], as far as cells can be distinguished.
 #[inline(always)]
 fn split_lanes<L: Lanes>(x: L) -> ([u32; 16], [f32; 16]) {
     let cell = x.floor();
     (Lanes::clamp(cell, -MOST_CELL, MOST_CELL).to_i32().map(|cell| cell as u32), (x - cell).to_array())
 }
 
-/// [`fold`] of many hashes and coordinates, each raised by `step`.
+/// [`fold`] of many hashes and coordinates, where `step` is added to each coordinate.
 #[inline(always)]
 fn fold_many<const N: usize>(hashes: &[u32; N], coordinates: &[u32; N], step: u32) -> [u32; N] {
     let mut folded = [0; N];
@@ -186,7 +186,7 @@ fn fold_many<const N: usize>(hashes: &[u32; N], coordinates: &[u32; N], step: u3
     folded
 }
 
-/// [`perlin3`] of many points without their gradients, in short loops that a compiler turns into lanes. The same bits.
+/// [`perlin3`] of many points without gradients, in short loops that the compiler vectorizes. The same bits.
 #[inline(always)]
 fn perlin3_lanes<L: Lanes, const N: usize>(p: V3<L>, seed: u32) -> L {
     let first = |(cells, fractions): ([u32; 16], [f32; 16])| -> ([u32; N], [f32; N]) {
@@ -215,8 +215,8 @@ fn perlin3_lanes<L: Lanes, const N: usize>(p: V3<L>, seed: u32) -> L {
     L::load(p.x.token(), &value)
 }
 
-/// The product of a vector with `DIRECTIONS_3D[bits]`, which adds up two of its components: choices by masks, where a look into the table
-/// would be a load for every lane, and an `if` a jump.
+/// The product of a vector with `DIRECTIONS_3D[bits]`, which sums two of its components. The components are chosen by masks: a table lookup would be
+/// a load per lane, and an `if` a jump.
 #[inline(always)]
 fn ramp3(bits: u32, x: f32, y: f32, z: f32) -> f32 {
     let choose = |yes: bool, a: u32, b: u32| b ^ ((a ^ b) & u32::from(yes).wrapping_neg());
@@ -226,7 +226,7 @@ fn ramp3(bits: u32, x: f32, y: f32, z: f32) -> f32 {
     f32::from_bits(first ^ (bits << 31)) + f32::from_bits(second ^ (bits >> 1 << 31))
 }
 
-/// Coefficients of the trilinear polynomial in (u, v, w) that has these values at the corners of the unit cube.
+/// Coefficients of the trilinear polynomial in (u, v, w) with these values at the corners of the unit cube.
 #[inline(always)]
 fn trilinear_coefficients(c: [f32; 8]) -> [f32; 8] {
     [
@@ -247,10 +247,10 @@ fn trilinear(c: [f32; 8], u: f32, v: f32, w: f32) -> f32 {
     k[0] + u * k[1] + v * k[2] + w * k[3] + u * v * k[4] + v * w * k[5] + w * u * k[6] + u * v * w * k[7]
 }
 
-/// How the octaves of fractal noise follow each other.
+/// How the octaves of fractal noise are summed.
 ///
-/// `f(p) = Σ_i gainⁱ · n_i(lacunarityⁱ · p) / Σ_i gainⁱ`, octave `i` with a seed of its own, so the range stays that of one octave
-/// and no lattice point is a zero of all of them.
+/// `f(p) = Σ_i gainⁱ · n_i(lacunarityⁱ · p) / Σ_i gainⁱ`. Each octave has a seed of its own, so the range is that of one octave, and no lattice point
+/// is a zero of all octaves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fbm {
     /// Number of octaves; 0 gives 0 everywhere, more than 32 is cut to 32. Default: 5.
@@ -281,7 +281,7 @@ impl Fbm {
         })
     }
 
-    /// How many times steeper than one octave of noise the sum can be: Σ amplitude · frequency.
+    /// Bound on the steepness of the sum relative to one octave of noise: Σ amplitude · frequency.
     #[must_use]
     pub fn slope_factor(self) -> f64 {
         self.terms(0).fold(0.0, |sum, (amplitude, frequency, _)| sum + f64::from(amplitude) * f64::from(frequency))
@@ -309,7 +309,7 @@ impl Fbm {
         self.at3_gradient(x, y, z, seed).0
     }
 
-    /// [`Self::at3`] of many points.
+    /// [`Self::at3`] of many points, with the same bits.
     #[inline(always)]
     #[must_use]
     pub fn at3_lanes<L: Lanes>(self, p: V3<L>, seed: u32) -> L {

@@ -1,8 +1,8 @@
 //! Optics of clear media and their surfaces: refraction, reflection, Fresnel, attenuation and phase functions.
 //!
-//! Everything is a pure function; the ones that run per beam, photon or fragment are generic over [`Lanes`]. Directions are unit vectors along the
-//! *propagation* of light. A surface normal handed to these functions points against the incident light (`d·n ≤ 0`); the caller turns it. `n1` is
-//! the refractive index on the incident side, `n2` on the other.
+//! All functions are pure; those that run per beam, photon or fragment are generic over [`Lanes`]. Directions are unit vectors along the
+//! *propagation* of light. A surface normal passed to these functions must point against the incident light (`d·n ≤ 0`). `n1` is the refractive index
+//! on the incident side, `n2` on the other.
 
 use std::f32::consts::PI;
 
@@ -18,10 +18,11 @@ mod tests;
 /// `1/4π`: the phase function of a medium that scatters equally in all directions, in 1/sr.
 pub const ISOTROPIC_PHASE: f32 = 0.25 / PI;
 
-/// Snell's law: the refracted direction, and where it exists.
+/// Snell's law: the refracted direction, and a mask of the lanes in which it exists.
 ///
 /// `t = ηd + (ηc − √k)n` with `c = −d·n`, `k = 1 − η²(1 − c²)` and `η = n1/n2`. `d` and `n` are unit vectors, `d·n ≤ 0`; the result has unit
-/// length. The mask is false where all light is reflected (`k < 0`) or an argument is NaN; the direction there is finite for finite arguments but means nothing.
+/// length. The mask is false for total reflection (`k < 0`) and if an argument is NaN; the direction is then finite for finite arguments but
+/// meaningless.
 #[inline(always)]
 pub fn refract<L: Lanes>(d: V3<L>, n: V3<L>, eta: f32) -> (V3<L>, L::Mask) {
     let zero = d.x.like(0.0);
@@ -40,7 +41,7 @@ pub fn reflect<L: Lanes>(d: V3<L>, n: V3<L>) -> V3<L> {
 /// Share of unpolarised light that a smooth dielectric surface reflects, `0..=1`: Fresnel's equations.
 ///
 /// `R = ½[((n2c − n1c_t)/(n2c + n1c_t))² + ((n1c − n2c_t)/(n1c + n2c_t))²]`, `c` the cosine of the angle of incidence in `[0, 1]` (clamped) and `c_t` that of
-/// refraction. 1 where all light is reflected and at grazing incidence; 0 for `n1 = n2`, where the formula would be 0/0 at grazing incidence.
+/// refraction. 1 for total reflection and at grazing incidence; 0 for `n1 = n2`, where the formula would be 0/0 at grazing incidence.
 #[inline(always)]
 pub fn fresnel_reflectance<L: Lanes>(cos_i: L, n1: f32, n2: f32) -> L {
     let (zero, one) = (cos_i.like(0.0), cos_i.like(1.0));
@@ -62,8 +63,8 @@ pub fn fresnel_transmittance<L: Lanes>(cos_i: L, n1: f32, n2: f32) -> L {
 
 /// Schlick's approximation of [`fresnel_reflectance`] (C. Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994).
 ///
-/// `R ≈ R₀ + (1 − R₀)(1 − c)⁵`, `R₀ = ((n1 − n2)/(n1 + n2))²`. Coming from the denser side the cosine of the *refracted* ray is used, without
-/// which the approximation fails there; 1 where all light is reflected.
+/// `R ≈ R₀ + (1 − R₀)(1 − c)⁵`, `R₀ = ((n1 − n2)/(n1 + n2))²`. On the denser side, the cosine of the *refracted* ray is used, because the
+/// approximation fails with that of the incident ray. 1 for total reflection.
 #[inline(always)]
 pub fn schlick_reflectance<L: Lanes>(cos_i: L, n1: f32, n2: f32) -> L {
     let (zero, one) = (cos_i.like(0.0), cos_i.like(1.0));
@@ -80,7 +81,7 @@ pub fn schlick_reflectance<L: Lanes>(cos_i: L, n1: f32, n2: f32) -> L {
 
 /// Cosine of the critical angle inside the denser medium, beyond which (smaller cosines) all light is reflected.
 ///
-/// `√(1 − (n2/n1)²)`; `None` where light can always pass (`n1 ≤ n2`) or an index is not a positive number.
+/// `√(1 − (n2/n1)²)`; `None` if there is no total reflection (`n1 ≤ n2`) or an index is not a positive number.
 #[must_use]
 pub fn critical_cosine(n1: f32, n2: f32) -> Option<f32> {
     let ratio = n2 / n1;

@@ -1,8 +1,8 @@
 //! Random numbers as a function of (seed, stream, index): no state, no order, so threads and replays cannot change them.
 //!
-//! The generator is the three-word hash `pcg3d` of M. Jarzynski and M. Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020, on
-//! that study's front of quality against speed. It needs only 32-bit wrapping products, which WGSL has (the reason it was preferred to Philox,
-//! whose 64-bit products WGSL lacks). Its upper bits are the good ones, and [`unit_from_bits`] uses those.
+//! The generator is the three-word hash `pcg3d` of M. Jarzynski and M. Olano, "Hash Functions for GPU Rendering", JCGT 9(3), 2020, which is
+//! Pareto-optimal in quality and speed in that study. It needs only 32-bit wrapping products, which WGSL has; Philox was rejected because WGSL lacks
+//! 64-bit products. The upper bits have the best quality; [`unit_from_bits`] uses those.
 //!
 //! Convention: `seed` belongs to the run, `stream` to the purpose (photons, spray, spectrum...), `index` to the item.
 

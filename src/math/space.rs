@@ -4,8 +4,8 @@
 //! x and y are in `[−1, 1]` with y up and depth is in `[0, 1]`, near to far. Framebuffer pixels have y down and centres at .5. Matrices
 //! multiply column vectors and are named `to_from`, so that spaces cancel: `clip_from_view · view_from_world`.
 //!
-//! Everything is computed in 64 bits with `libm` and rounded once, so the bits are the same everywhere. Functions return `None`
-//! where the input spans no space (no direction, no volume, not a number).
+//! All functions compute in 64 bits with `libm` and round once, so the bits are the same everywhere. They return `None` if the input spans no space
+//! (no direction, no volume, or NaN).
 
 use glam::{DMat3, DMat4, DVec3, DVec4, Mat3, Mat4, Quat, Vec2, Vec3, Vec4Swizzles};
 
@@ -14,7 +14,7 @@ mod tests;
 
 /// `view_from_world` of an eye at `eye_ws` that looks at `target_ws`, with `up_ws` upwards in the picture.
 ///
-/// `None` where eye and target coincide, `up_ws` is along the view or anything is not finite.
+/// `None` if eye and target coincide, `up_ws` is parallel to the view, or a component is not finite.
 #[must_use]
 pub fn look_at(eye_ws: Vec3, target_ws: Vec3, up_ws: Vec3) -> Option<Mat4> {
     look_along(eye_ws, target_ws.as_dvec3() - eye_ws.as_dvec3(), up_ws)
@@ -30,7 +30,7 @@ fn look_along(eye_ws: Vec3, direction: DVec3, up_ws: Vec3) -> Option<Mat4> {
     let back = -direction.try_normalize()?;
     let up = up_ws.as_dvec3().try_normalize()?;
     let right = up.cross(back);
-    // An `up` within 1e-6 rad of the view leaves the roll to rounding.
+    // With an `up` within 1e-6 rad of the view, rounding would decide the roll.
     let right = (right.length_squared() > 1e-12).then(|| right.normalize())?;
     let world_from_view = DMat3::from_cols(right, back.cross(right), back);
     let rotation = world_from_view.transpose();
@@ -108,7 +108,7 @@ pub fn rotation_quat(axis: Vec3, angle_rad: f32) -> Option<Quat> {
 
 /// Rotation by `degrees.x` about the x axis, then `degrees.y` about the y axis, then `degrees.z` about the z axis, all of them fixed axes: `R_z·R_y·R_x`.
 ///
-/// Multiples of 90° give exact zeros and ones. Not a number in, not a number out.
+/// Multiples of 90° give exact zeros and ones. NaN in gives NaN out.
 #[must_use]
 pub fn rotation_euler_deg(degrees: Vec3) -> Mat3 {
     let [(sx, cx), (sy, cy), (sz, cz)] = degrees.to_array().map(sin_cos_deg);
@@ -149,7 +149,7 @@ pub fn direction_deg(azimuth_deg: f32, elevation_deg: f32) -> Vec3 {
 
 /// Two unit vectors that make a right-handed frame `(tangent, bitangent, n)` with the unit vector `n`.
 ///
-/// Without a branch on the largest component (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017). Any unit vector works.
+/// Without a branch on the largest component (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017). `n` may be any unit vector.
 #[must_use]
 pub fn orthonormal_basis(n: Vec3) -> (Vec3, Vec3) {
     let sign = 1.0_f32.copysign(n.z);
@@ -158,9 +158,9 @@ pub fn orthonormal_basis(n: Vec3) -> (Vec3, Vec3) {
     (Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), Vec3::new(b, sign + n.y * n.y * a, -n.y))
 }
 
-/// Inverse of a matrix, computed in 64 bits; `None` where it has none or is not finite.
+/// Inverse of a matrix, computed in 64 bits; `None` if the matrix is singular or not finite.
 ///
-/// Preferred to `glam`'s 32-bit inverse, which loses half its digits on a projection with a far plane far away.
+/// `glam`'s 32-bit inverse loses half of its digits on a projection with a distant far plane.
 #[must_use]
 pub fn invert(matrix: &Mat4) -> Option<Mat4> {
     let matrix = matrix.as_dmat4();
@@ -179,9 +179,9 @@ pub fn ndc_from_px(position_px: Vec2, size_px: Vec2) -> Vec2 {
     Vec2::new(2.0 * position_px.x / size_px.x - 1.0, 1.0 - 2.0 * position_px.y / size_px.y)
 }
 
-/// Point of world space (or whatever `world_from_clip` leads to) at normalised device coordinates and depth `ndc`.
+/// The point in world space (or the space that `world_from_clip` leads to) at normalised device coordinates and depth `ndc`.
 ///
-/// `None` where the point is at infinity.
+/// `None` if the point is at infinity.
 #[must_use]
 pub fn unproject(world_from_clip: &Mat4, ndc: Vec3) -> Option<Vec3> {
     unproject_f64(&world_from_clip.as_dmat4(), ndc.as_dvec3()).map(|p| p.as_vec3()).filter(|p| p.is_finite())
@@ -189,13 +189,13 @@ pub fn unproject(world_from_clip: &Mat4, ndc: Vec3) -> Option<Vec3> {
 
 /// The ray through a framebuffer position: its point on the near plane and its unit direction, in world space.
 ///
-/// For a perspective whose matrix was inverted by [`invert`] the direction is good to about 1e-6 rad. `None` for a matrix without an inverse image.
+/// For a perspective whose matrix was inverted by [`invert`] the direction is accurate to about 1e-6 rad. `None` for a singular matrix.
 #[must_use]
 pub fn ray_through_px(world_from_clip: &Mat4, position_px: Vec2, size_px: Vec2) -> Option<(Vec3, Vec3)> {
     let matrix = world_from_clip.as_dmat4();
     let ndc = ndc_from_px(position_px, size_px).as_dvec2();
     let near = unproject_f64(&matrix, ndc.extend(0.0))?;
-    // Half the depth range is beyond the near plane, yet finite when the far plane is not.
+    // The point at half the depth range lies beyond the near plane, and is finite even if the far plane is not.
     let beyond = unproject_f64(&matrix, ndc.extend(0.5))?;
     Some((near.as_vec3(), (beyond - near).try_normalize()?.as_vec3()))
 }

@@ -1,4 +1,4 @@
-//! Vectors of [`Lanes`]: two, three or four components, each a lane type. Plain sums of products, left to right.
+//! Vectors of [`Lanes`]: two, three or four components, each a lane type. Sums of products are evaluated left to right, without fused operations.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -93,7 +93,7 @@ macro_rules! componentwise {
             }
             /// `self·(1 − t) + other·t` [WGSL `mix`]: exactly `self` at `t = 0` and exactly `other` at `t = 1` where both are finite.
             ///
-            /// `self + (other − self)·t` would save a product, but misses `other` where the difference is rounded.
+            /// `self + (other − self)·t` would save a product, but misses `other` if the difference is rounded.
             #[inline(always)]
             #[must_use]
             pub fn lerp(self, other: Self, t: L) -> Self {
@@ -142,7 +142,7 @@ impl<L: Lanes> V3<L> {
     pub fn length(self) -> L {
         self.dot(self).sqrt()
     }
-    /// Unit vector along `self`; not a number where the length is zero.
+    /// Unit vector along `self`; NaN if the length is zero.
     #[inline(always)]
     pub fn normalize(self) -> Self {
         self * (self.x.like(1.0) / self.length())

@@ -1,7 +1,7 @@
-//! A canvas: targets of one size, draws into them, and what they hold afterwards. The short way to a pass, for tests and first programs.
+//! A canvas: it has targets of one size, draws to them and reads them back. The shortest way to a pass, for tests and first programs.
 //!
-//! A [`Canvas`] adds nothing to what [`run_pass`] does; it keeps the textures, attaches them all, and reads them back. Stream-out, mip levels
-//! and layers as attachments, and observers need a [`Pass`] of their own.
+//! A [`Canvas`] adds nothing to what [`run_pass`] does: it owns the textures, attaches all of them, and reads them. Stream-out, observers, and mip
+//! levels or layers as attachments need a [`Pass`] of their own.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ use crate::api::texture_descriptor::{TextureDescriptor, TextureError};
 use crate::run::device::Device;
 use crate::run::pass::run_pass;
 
-/// Colour targets and a depth-stencil target of one size, drawn to by one device.
+/// Colour targets and a depth-stencil target of one size, for passes on one device.
 #[derive(Debug)]
 pub struct Canvas<'d> {
     device: &'d Device,
@@ -30,32 +30,32 @@ pub struct Canvas<'d> {
     depth_stencil: Option<Texture>,
 }
 
-/// Why a canvas cannot be made.
+/// Why a canvas is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CanvasError {
     /// A target's size or format is not supported.
     #[error(transparent)]
     Texture(#[from] TextureError),
-    /// The targets cannot be attached to one pass.
+    /// The targets cannot be attachments of one pass.
     #[error(transparent)]
     Pass(#[from] PassError),
 }
 
-/// What a pass does to its attachments before the first draw; `None` keeps them.
+/// The clears before the first draw of a pass; `None` keeps the old values.
 #[derive(Clone, Copy, Default)]
 struct Clear {
-    /// A colour target, and its value.
+    /// Number of a colour target, and its clear value.
     color: Option<(usize, Color)>,
     depth: Option<f32>,
     stencil: Option<u32>,
 }
 
 impl<'d> Canvas<'d> {
-    /// Targets of `size` (width and height in pixels): one for each colour format, and a depth-stencil target if there is a format for it.
-    /// Colours and stencil are 0, depth is 1.
+    /// Targets of `size` (width and height in pixels): one for each colour format, and a depth-stencil target if `depth_stencil` is given. Colours
+    /// and stencil start at 0, depth at 1.
     ///
     /// # Errors
-    /// If the size or a format is not supported, or a format is that of another kind of attachment.
+    /// If the size or a format is not supported, or a format is not for this kind of attachment.
     pub fn new(
         device: &'d Device,
         size: (u32, u32),
@@ -77,8 +77,8 @@ impl<'d> Canvas<'d> {
         self.size
     }
 
-    /// A pipeline of a program that fits these targets, under the reference rules, after `edit`. Before it, every fragment replaces what is in
-    /// every target, depth is tested with `Less` and written where there is depth, and all else is default.
+    /// A pipeline of a program that fits these targets, under the reference rules. `edit` may change the description. Before that, every fragment
+    /// overwrites every target; depth, if there is any, is tested with `Less` and written; all other state is default.
     ///
     /// # Errors
     /// If the edited description is not valid.
@@ -98,7 +98,7 @@ impl<'d> Canvas<'d> {
         RenderPipeline::new(desc, RasterRules::REFERENCE)
     }
 
-    /// Fills a colour target. Integer formats take the red number as an integer.
+    /// Fills a colour target. For integer formats each component is rounded toward zero and clamped.
     ///
     /// # Errors
     /// If the value is not valid for a pass.
@@ -110,7 +110,7 @@ impl<'d> Canvas<'d> {
         self.run(Clear { color: Some((target, value)), ..Clear::default() }, Vec::new()).map(drop)
     }
 
-    /// Fills the depth-stencil target, as far as there is one and its format has both.
+    /// Fills the depth and the stencil of the depth-stencil target, as far as they exist.
     ///
     /// # Errors
     /// If a value is not valid for a pass.
@@ -118,8 +118,8 @@ impl<'d> Canvas<'d> {
         self.run(Clear { depth: Some(depth), stencil: Some(stencil), ..Clear::default() }, Vec::new()).map(drop)
     }
 
-    /// Runs a pass of these draws, in order, over what the targets hold. The result has the pipeline statistics, and one occlusion query for
-    /// every number up to the greatest [`Draw::query`].
+    /// Runs a pass with these draws, in order, on the present contents of the targets. The output has the pipeline statistics, and one occlusion
+    /// query for every number up to the greatest [`Draw::query`].
     ///
     /// # Errors
     /// If a draw does not fit the targets or its pipeline. Then nothing is drawn.
@@ -150,7 +150,7 @@ impl<'d> Canvas<'d> {
         run_pass(self.device, &mut pass, None)
     }
 
-    /// A colour target, to bind in a pass of another canvas or to read whole.
+    /// A colour target, for bindings of another canvas's pass or for reading.
     ///
     /// # Panics
     /// If there is no such target.
@@ -175,7 +175,7 @@ impl<'d> Canvas<'d> {
         self.color[target].texel(0, 0, x, y)
     }
 
-    /// Depth of a pixel, in 0..=1.
+    /// Depth of a pixel, in 0..=1, row 0 at the top.
     ///
     /// # Panics
     /// If there is no depth or no such pixel.
@@ -186,7 +186,7 @@ impl<'d> Canvas<'d> {
         texture.unwrap_or_else(|| panic!("the canvas has no depth")).texel(0, 0, x, y)[0]
     }
 
-    /// Stencil value of a pixel.
+    /// Stencil value of a pixel, row 0 at the top.
     ///
     /// # Panics
     /// If there is no stencil or no such pixel.
@@ -206,9 +206,10 @@ impl<'d> Canvas<'d> {
         self.color[target].read_bytes(0, 0)
     }
 
-    /// A colour target as a picture file: binary PPM, 8 bits for each of red, green and blue; a single channel is grey, alpha is left out.
+    /// A colour target as the bytes of a picture file: binary PPM, 8 bits for each of red, green and blue. A single channel is shown as grey; alpha
+    /// is left out.
     ///
-    /// Unorm and sRGB formats give their codes, integers are clamped to 0..=255. Other formats are taken as linear light, which is clamped to 0..=1 and
+    /// Unorm and sRGB formats give their codes; integers are clamped to 0..=255. Other formats count as linear light, which is clamped to 0..=1 and
     /// encoded by the sRGB curve.
     ///
     /// # Panics

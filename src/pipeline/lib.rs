@@ -1,4 +1,4 @@
-//! The software GPU: from draws to attachments, every stage exact, the same bytes on any number of threads and at any SIMD level.
+//! The software GPU: from draws to attachments. Every stage is exact, and results have the same bytes on any number of threads and at any SIMD level.
 //!
 //! ```
 //! use nephroid_pipeline::prelude::*;
@@ -36,7 +36,7 @@
 //!         ..Draw::new(&pipeline, Bindings::default(), 0..3, canvas.size())
 //!     }])?;
 //!
-//!     // Row 0 is the top row. Pixels with their centre on the diagonal belong to the other half: the diagonal is no top and no left edge.
+//!     // Row 0 is the top row. Pixels with their centre on the diagonal belong to the other half: the diagonal is neither a top nor a left edge.
 //!     assert_eq!(canvas.pixel(0, 2, 5), [1.0, 0.2, 0.0, 1.0]);
 //!     assert_eq!(canvas.pixel(0, 5, 5), [0.0; 4]);
 //!     assert_eq!(output.statistics.fragments_passed, 7 * 8 / 2);
@@ -44,23 +44,23 @@
 //! }
 //! ```
 //!
-//! Five programs of at most 60 lines show more: indices, textures and depth; a stencil that counts; floats that add; a picture that a test
-//! holds a pass to. They are in `docs/examples/`, and `docs/examples.md` says what each one shows.
+//! `docs/examples/` has five programs of at most 60 lines, and `docs/examples.md` describes them: indices, textures and depth; counting in the
+//! stencil; adding in a float target; a test that compares a pass with a committed picture.
 //!
-//! Rooms, in the order in which a pass goes through them; a room uses only those above it in this table:
+//! Rooms, in the order in which a pass goes through them. A room uses only those above it in this table:
 //!
 //! | Room | What is in it |
 //! |---|---|
-//! | `api` | what a user states: formats, textures, shaders, pipelines, draws, passes |
-//! | `primitive` | what goes from one phase to the next: vertices in window coordinates, planes, set-up primitives |
-//! | `vendor` | arithmetic of known drivers, out of the way of the reference |
+//! | `api` | the interface: formats, textures, shaders, pipelines, draws, passes |
+//! | `primitive` | data between phases: vertices in window coordinates, planes, set-up primitives |
+//! | `vendor` | arithmetic of known drivers, separate from the reference path |
 //! | `geometry` | fetch, assembly, vertex, geometry, stream-out, clip, viewport, cull, setup, bin |
 //! | `tile` | raster, depth and stencil, fragment, blend |
-//! | `run` | devices, and the order of everything in a pass |
+//! | `run` | devices, and the order of all work in a pass |
 //! | [`frame`] | resources and passes as data, and the executor that runs them |
 //! | `canvas` | [`Canvas`]: targets, clears, draws and what they left, for tests and first programs |
 //!
-//! What is not here: multisampling, line and point polygon modes, conservative rasterization, storage writes from shaders.
+//! Not supported: multisampling, line and point polygon modes, conservative rasterization, storage writes from shaders.
 
 mod api;
 mod canvas;
@@ -110,7 +110,7 @@ pub use run::device::{Device, DeviceError, DeviceOptions};
 pub use run::pass::run_pass;
 pub use tile::depth_stencil::stencil_operation;
 
-/// Pipeline state: the types of `wgpu-types` as they are, the few things that WebGPU lacks, and what rasterizers are free to choose.
+/// Pipeline state: the types of `wgpu-types`, the few that WebGPU lacks, and the rules that a rasterizer may choose.
 pub mod state {
     pub use crate::api::rules::*;
     pub use crate::api::state::*;

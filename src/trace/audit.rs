@@ -1,42 +1,42 @@
-//! Where the light went: every watt that a light sent towards something specular has one end.
+//! Energy audit of the tracer: every watt that a light emits towards specular surfaces is counted in exactly one category.
 
 use glam::Vec3;
 
-/// Sums over photons, in W summed over RGB and per batch, and counts.
+/// Flux summed over photons, in W summed over RGB and per batch; and counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Audit {
-    /// Sent out.
+    /// Emitted by the lights.
     pub emitted: f64,
-    /// Met nothing at all.
+    /// Missed all surfaces.
     pub missed: f64,
-    /// Left the scene after a specular surface had sent it on.
+    /// Left the scene after at least one specular surface.
     pub left: f64,
     /// Absorbed by media and mirrors.
     pub absorbed: f64,
     /// Scattered out of its path by media.
     pub scattered: f64,
-    /// Landed on a diffuse surface by way of a specular one: caustics.
+    /// Landed on a diffuse surface after at least one specular surface: caustics.
     pub landed: f64,
-    /// Landed on a diffuse surface straight from its light.
+    /// Landed on a diffuse surface directly from a light.
     pub landed_direct: f64,
-    /// Given up after too many surfaces.
+    /// Dropped after too many surfaces.
     pub lost: f64,
-    /// Photons sent out.
+    /// Photons emitted.
     pub photons: u64,
-    /// Surfaces that photons met.
+    /// Intersections of photons with surfaces.
     pub events: u64,
-    /// Photons given up after too many surfaces.
+    /// Photons dropped after too many surfaces.
     pub photons_lost: u64,
-    /// Times that a photon left a body that it was not in, or entered one that it was in, and went straight on: starts within rounding of an
-    /// edge, bodies that pass through themselves.
+    /// How often a photon left a body that it was not in, or entered one that it was in, and went straight on. Causes: a start within rounding of an
+    /// edge, and bodies that intersect themselves.
     pub unexpected_sides: u64,
-    /// Times that an interpolated normal would have sent light through the wrong side, and the normal of the triangle was taken.
+    /// How often an interpolated normal would have sent light through the wrong side, so that the triangle's normal was used.
     pub normals_replaced: u64,
 }
 
 impl Audit {
-    /// Adds another part of the same batch.
+    /// Adds the sums of another part of the same batch.
     pub(super) fn add(&mut self, other: &Self) {
         self.emitted += other.emitted;
         self.missed += other.missed;
@@ -53,14 +53,14 @@ impl Audit {
         self.normals_replaced += other.normals_replaced;
     }
 
-    /// What is not accounted for, as a share of what was sent out: 0 but for rounding.
+    /// Flux that is in no category, as a share of the emitted flux: 0 up to rounding.
     #[must_use]
     pub fn imbalance(&self) -> f64 {
         let ends = self.missed + self.left + self.absorbed + self.scattered + self.landed + self.landed_direct + self.lost;
         if self.emitted > 0.0 { (self.emitted - ends) / self.emitted } else { 0.0 }
     }
 
-    /// Watts by name, as means over `batches`, in the order in which light meets them.
+    /// Watts by name, as means over `batches`, in the order of a photon's path.
     #[must_use]
     pub fn watts(&self, batches: u64) -> Vec<(&'static str, f64)> {
         let share = 1.0 / batches.max(1) as f64;

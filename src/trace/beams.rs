@@ -1,12 +1,12 @@
-//! Light that the medium scatters once, on its way to the eye: photon beams against view rays.
+//! Light that the medium scatters once towards the eye: photon beams against view rays.
 //!
-//! Every straight part of a photon's path through a scattering medium is a beam. A view ray that passes it at a distance of less than half the
+//! Every straight part of a photon's path through a scattering medium is a beam. A view ray that passes a beam at a distance of less than half the
 //! beam's width w receives [Jarosz et al. 2011, beam x beam 1D]
 //!
-//! `L += σ_s p(θ) Φ T(photon) T(eye) / (w sin θ)`, θ the angle between the two.
+//! `L += σ_s p(θ) Φ T(photon) T(eye) / (w sin θ)`, θ the angle between beam and view ray.
 //!
-//! The width is the only approximation: what is seen is blurred over w, across the beam. A batch's beams are cut into pieces and put in a
-//! hierarchy, which every view ray walks.
+//! The width is the only approximation: the result is blurred over w, across the beam. The beams of a batch are cut into pieces and stored in a
+//! hierarchy, which every view ray traverses.
 
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb as Bounds;
@@ -22,13 +22,13 @@ use super::eye::Stretch;
 use super::media::{Place, SmokeBox, even_transmittance};
 use super::random::Draws;
 
-/// Length of the pieces that beams are cut into, in widths: shorter ones have tighter boxes, longer ones are fewer.
+/// Length of the pieces that beams are cut into, in beam widths: shorter pieces have tighter boxes, longer pieces are fewer.
 const PIECE_WIDTHS: f32 = 16.0;
 
-/// Most pieces of one beam.
+/// Most pieces that one beam is cut into.
 const MAX_PIECES: u32 = 64;
 
-/// Angles between view and beam whose sine is below this are left out: there, 1/sin θ would be all noise.
+/// View rays and beams whose angle has a sine below this are skipped: 1/sin θ would be mostly noise.
 const LEAST_SINE: f32 = 1.0e-3;
 
 /// A straight part of a photon's path.
@@ -42,14 +42,14 @@ pub(super) struct Beam {
     pub length: f32,
     /// Flux at the start, W.
     pub flux: Vec3,
-    /// What it runs through.
+    /// Medium that the beam runs through.
     pub place: Place,
 }
 
-/// A batch's beams, ready for view rays.
+/// The beams of a batch, in a hierarchy for view rays.
 pub(super) struct BeamTree<'a> {
     beams: &'a [Beam],
-    /// Beam and range of distances along it, in the order of the hierarchy.
+    /// Number of the beam and range of distances along it, in the order of the hierarchy.
     pieces: Vec<(u32, f32, f32)>,
     bvh: Bvh2,
     width: f32,
@@ -58,7 +58,7 @@ pub(super) struct BeamTree<'a> {
 }
 
 impl<'a> BeamTree<'a> {
-    /// Builds the hierarchy; beams end at `reach` metres from their start.
+    /// Builds the hierarchy. Beams end at `reach` metres from their start.
     pub fn new(beams: &'a [Beam], width: f32, reach: f32, medium: Medium, smoke: Option<&'a SmokeBox>) -> Self {
         let mut pieces = Vec::new();
         let mut boxes = Vec::new();
@@ -79,8 +79,8 @@ impl<'a> BeamTree<'a> {
         Self { beams, pieces, bvh, width, medium, smoke }
     }
 
-    /// Radiance that reaches the eye along one stretch of a view ray, W/(m² sr), if media on the way from the eye to the stretch let
-    /// everything pass; `draws` are those of the view ray.
+    /// Radiance that reaches the eye from one stretch of a view ray, W/(m² sr), without the attenuation between the eye and the stretch. `draws` are
+    /// the random numbers of the view ray.
     pub fn gather(&self, view: &Stretch, draws: &mut Draws) -> Vec3 {
         let (o, d) = (Vec3A::from(view.origin), Vec3A::from(view.direction));
         let mut sum = Vec3::ZERO;
@@ -93,7 +93,7 @@ impl<'a> BeamTree<'a> {
         sum
     }
 
-    /// What one piece of a beam adds.
+    /// Contribution of one piece of a beam.
     fn meet(&self, view: &Stretch, index: usize, draws: &mut Draws) -> Vec3 {
         let (number, from, to) = self.pieces[index];
         let beam = &self.beams[number as usize];
@@ -110,13 +110,13 @@ impl<'a> BeamTree<'a> {
         if (offset.dot(cross) / sine).abs() > 0.5 * self.width {
             return Vec3::ZERO;
         }
-        // Where the two are nearest: distances along the view ray and along the beam.
+        // Points of smallest distance: their distances along the view ray and along the beam.
         let seen_at = offset.cross(beam.direction).dot(cross) * scale;
         let along = offset.cross(view.direction).dot(cross) * scale;
         if !(seen_at >= 0.0 && seen_at < view.length && along >= from && along < to) {
             return Vec3::ZERO;
         }
-        // Light goes on towards the eye, against the view ray.
+        // Scattered light travels towards the eye, against the view ray.
         let cos = -view.direction.dot(beam.direction);
         let (sigma_s, g, transmittance) = match (view.place, self.smoke) {
             (Place::Air, Some(smoke)) => {

@@ -1,12 +1,12 @@
-//! The picture laid over the surfaces that it shows: which pixels see the point where a photon landed.
+//! The footprints of pixels on the surfaces that they show: finds the pixels that see the point where a photon landed.
 //!
-//! Rays through the corners of a pixel meet a surface in a quadrilateral, two triangles, that together with those of its neighbours covers
-//! what the picture shows. A photon that lands in a triangle counts for its pixel, divided by the triangle's area: the pixel's value is the
-//! mean irradiance over what it sees. There is no search radius and no kernel, and so no blur beyond the pixel and no bias beyond the
-//! flatness of the triangles; points that the water shows more than once lie in more than one triangle.
+//! Rays through the corners of a pixel meet a surface in a quadrilateral of two triangles. With those of its neighbours, it covers the visible part
+//! of the surface. A photon that lands in a triangle counts for the triangle's pixel, divided by the triangle's area: the pixel's value is the mean
+//! irradiance over its footprint. There is no search radius and no kernel, so there is no blur beyond the pixel and no bias except from the flatness
+//! of the triangles. Points that the water shows more than once lie in more than one triangle.
 //!
-//! Where the corners of a pixel meet different surfaces, it is cut in four, down to an eighth of its width, and the parts that are whole
-//! stand for it.
+//! If the corners of a pixel meet different surfaces, the pixel is cut into quarters, down to an eighth of its width. The parts whose corners meet
+//! one surface stand for the pixel.
 
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb as Bounds;
@@ -17,72 +17,72 @@ use rayon::prelude::*;
 
 use super::eye::{Eye, Seen};
 
-/// Most halvings of a pixel that shows an edge.
+/// Most subdivisions of a pixel at an edge.
 const MAX_CUTS: u32 = 3;
 
-/// Least share of a pixel that must be whole.
+/// Least share of a pixel that such parts must cover.
 const LEAST_SHARE: f32 = 0.2;
 
-/// How far the corners of a whole piece may be off the plane of its middle, as a share of their distance from it.
+/// Largest distance of the corners of a piece from the plane of its middle, as a share of their distance from the middle.
 const FLATNESS: f32 = 0.2;
 
-/// Pieces that a leaf of the hierarchy may hold.
+/// Most pieces in a leaf of the hierarchy.
 const LEAF: u32 = 4;
 
-/// A piece of a pixel's footprint: two triangles about one diagonal.
+/// A piece of a pixel's footprint: two triangles that share a diagonal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cell {
-    /// The corner that both share.
+    /// The corner from which offsets are measured; both triangles have it.
     corner: Vec3,
     triangles: [Half; 2],
     pixel: u32,
-    /// Most that light may land off the plane, m.
+    /// Largest distance from the plane at which light counts as landing on the piece, m.
     thickness: f32,
 }
 
 /// A triangle of a piece.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Half {
-    /// Vectors whose products with an offset from the corner are the weights of the other two corners.
+    /// Vectors whose dot products with an offset from the corner are the weights of the other two corners.
     along: [Vec3; 2],
-    /// Unit normal on the side that is seen.
+    /// Unit normal on the visible side.
     normal: Vec3,
-    /// Share of the pixel over area, 1/m²; 0 for a triangle that has no area to speak of.
+    /// Share of the pixel over the triangle's area, 1/m²; 0 for a degenerate triangle.
     weight: f32,
 }
 
-/// Footprints of all pixels of a picture, and an index of them by place.
+/// Footprints of all pixels of a picture, indexed by position.
 pub(super) struct Cells {
-    /// Size of the picture.
+    /// Width of the picture, pixels.
     pub columns: u32,
-    /// Size of the picture.
+    /// Height of the picture, pixels.
     pub rows: u32,
-    /// Whether a pixel shows a surface on which light can land.
+    /// Whether a pixel shows a diffuse surface, on which light can land.
     pub valid: Vec<bool>,
-    /// What the middle of each pixel shows.
+    /// The point that the middle of each pixel shows.
     pub seen: Vec<Option<Seen>>,
-    /// Area of each pixel's footprint, m²; 0 where it is not valid.
+    /// Area of each pixel's footprint, m²; 0 for pixels that are not valid.
     pub areas: Vec<f64>,
-    /// In the order of the hierarchy.
+    /// Pieces in the order of the hierarchy.
     cells: Vec<Cell>,
     bvh: Bvh2,
 }
 
-/// Points that someone else's picture shows: what a technique drew, to be judged where it drew it.
+/// Points that another picture shows: the tracer measures at the points that a technique has drawn.
 #[derive(Clone, Debug)]
 pub struct Points {
-    /// Size of the picture.
+    /// Width of the picture, pixels.
     pub columns: u32,
-    /// Size of the picture.
+    /// Height of the picture, pixels.
     pub rows: u32,
-    /// World-space position of each pixel's surface point, m; `None` where there is none.
+    /// World-space position of the surface point of each pixel, m; `None` for a pixel without one.
     pub positions: Vec<Option<Vec3>>,
     /// Unit normals of the same points.
     pub normals: Vec<Vec3>,
 }
 
 impl Cells {
-    /// The footprints of the camera's own pixels.
+    /// Footprints of the camera's own pixels.
     pub fn of_camera(eye: &Eye<'_>, columns: u32, rows: u32) -> Self {
         let rows_of_cells: Vec<Vec<Pixel>> = (0..rows)
             .into_par_iter()
@@ -94,8 +94,8 @@ impl Cells {
         Self::new(columns, rows, rows_of_cells.into_iter().flatten().collect())
     }
 
-    /// The footprints of pixels whose middles lie at the points given: their corners are the means of four neighbours. Pixels at the
-    /// border, and next to another surface, have none.
+    /// Footprints of pixels whose middles are the given points. A corner is the mean of the four points around it. Pixels at the border, and next to
+    /// another surface, have no footprint.
     pub fn of_points(points: &Points) -> Self {
         let (columns, rows) = (points.columns as usize, points.rows as usize);
         let pixel = |index: usize| {
@@ -153,8 +153,8 @@ impl Cells {
         Self { columns, rows, valid, seen, areas, cells, bvh }
     }
 
-    /// Calls `visit` with pixel and weight for every triangle around a point that light reaches along `direction` and whose surface has
-    /// this normal. A weight is a share of the pixel over an area, 1/m².
+    /// Calls `visit` with pixel and weight for every triangle around point `p` on a surface with normal `normal`, if light along `direction` reaches
+    /// the triangle's visible side. A weight is a share of the pixel over an area, 1/m².
     pub fn find(&self, p: Vec3, direction: Vec3, normal: Vec3, mut visit: impl FnMut(u32, f32)) {
         let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
         self.bvh.point_traverse(Vec3A::from(p), |bvh, node| {
@@ -173,7 +173,7 @@ impl Cells {
 }
 
 impl Half {
-    /// Whether a point, given from the shared corner, is over the triangle and near its plane.
+    /// Whether a point, given from the shared corner, is above or below the triangle and near its plane.
     #[inline]
     fn holds(&self, offset: Vec3, thickness: f32) -> bool {
         let (u, v) = (offset.dot(self.along[0]), offset.dot(self.along[1]));
@@ -181,21 +181,21 @@ impl Half {
     }
 }
 
-/// Whether corners lie near the plane through a middle, around it.
+/// Whether corners lie near the plane through `center`, and around it.
 fn flat(quad: &[Vec3; 4], center: Vec3, normal: Vec3) -> bool {
     let far = quad.iter().fold(0.0_f32, |most, q| most.max(q.distance(center)));
     let near = quad.iter().fold(f32::INFINITY, |least, q| least.min(q.distance(center)));
     near * 8.0 > far && quad.iter().all(|q| (*q - center).dot(normal).abs() <= FLATNESS * far)
 }
 
-/// What belongs to one pixel.
+/// The pieces of one pixel.
 #[derive(Clone, Default)]
 struct Pixel {
     seen: Option<Seen>,
     parts: Vec<Part>,
 }
 
-/// A piece, with its triangles (0, 1, 2) and (0, 2, 3).
+/// A piece, as a quadrilateral with triangles (0, 1, 2) and (0, 2, 3).
 #[derive(Clone, Copy)]
 struct Part {
     corners: [Vec3; 4],
@@ -206,13 +206,13 @@ struct Part {
 }
 
 impl Part {
-    /// Most that light may land off the plane: curved surfaces bulge between the corners.
+    /// Largest distance from the plane at which light counts: curved surfaces bulge between the corners.
     fn thickness(&self) -> f32 {
         let [a, _, c, _] = self.corners;
         FLATNESS * a.distance(c).max(self.corners[1].distance(self.corners[3]))
     }
 
-    /// A box around everything that lands on the piece.
+    /// Bounds of all points that count as landing on the piece.
     fn bounds(&self) -> Bounds {
         let corners = self.corners.map(Vec3A::from);
         let (min, max) = corners.iter().fold((corners[0], corners[0]), |(min, max), &c| (min.min(c), max.max(c)));
@@ -221,7 +221,7 @@ impl Part {
         Bounds::new(min - slack, max + slack)
     }
 
-    /// Ready to be asked, for a pixel of which `share` is covered in all.
+    /// The piece in the form for queries, for a pixel of which the share `share` is covered in all.
     fn cell(&self, pixel: u32, share: f32) -> Cell {
         let triangles = [0, 1].map(|k| {
             let (normal, area) = (self.normals[k], self.areas[k]);
@@ -237,7 +237,7 @@ impl Part {
 }
 
 impl Pixel {
-    /// Adds a piece whose corners run around it, seen from `seen_side`.
+    /// Adds a piece with corners in order around it, seen from `seen_side`.
     fn whole(&mut self, quad: &[Vec3; 4], seen_side: Vec3, share: f32) {
         let turned = (quad[2] - quad[0]).cross(quad[3] - quad[1]).dot(seen_side) < 0.0;
         let corners = if turned { [quad[0], quad[3], quad[2], quad[1]] } else { *quad };
@@ -247,7 +247,7 @@ impl Pixel {
             let cross = (b - a).cross(c - a);
             let double = cross.length();
             let longest = (b - a).length_squared().max((c - a).length_squared());
-            // Where the water folds the view, a triangle has no area to speak of, or lies upside down.
+            // Where the water folds the view, triangles may be degenerate or upside down.
             if double > 1.0e-4 * longest && cross.dot(seen_side) > 0.0 {
                 part.normals[triangle] = cross / double;
                 part.areas[triangle] = 0.5 * double;
@@ -264,7 +264,7 @@ impl Pixel {
     }
 }
 
-/// Rays through the corners of a row of pixels, each shared by two of them.
+/// Rays through the corners of a row of pixels. Neighbouring pixels share them.
 struct Corners<'a> {
     eye: &'a Eye<'a>,
     row: u32,
@@ -289,7 +289,7 @@ impl<'a> Corners<'a> {
         pixel
     }
 
-    /// Adds a square piece if all its rays meet one surface, else its quarters.
+    /// Adds a square piece if all its rays meet one surface; otherwise adds its quarters.
     fn piece(&self, pixel: &mut Pixel, (x, y, width): (f64, f64, f64), corners: [Option<Seen>; 4], middle: Option<Seen>, cuts: u32) {
         if corners.iter().all(Option::is_none) && middle.is_none() {
             return;

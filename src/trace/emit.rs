@@ -1,13 +1,12 @@
-//! Where photons start: from each light, by flux, towards what could bend or reflect them.
+//! Starts of photons: on each light, in proportion to flux, towards specular surfaces.
 //!
-//! A light's rays have two coordinates: for parallel light a place on a plane across it, for a point or spot the cosine from an axis and
-//! the azimuth about it, in which equal areas are equal solid angles. A grid over them marks the cells in which something specular lies;
-//! only those emit. Light that would miss everything specular makes no caustic, and is neither traced nor counted.
+//! The rays of a light have two coordinates: for parallel light a position on a plane across the light; for a point or spot light the cosine of the
+//! angle from an axis and the azimuth about it, in which equal areas are equal solid angles. A grid over the coordinates marks the cells that contain
+//! specular surfaces; only these cells emit. Light that would miss all specular surfaces makes no caustic; it is neither traced nor counted.
 //!
-//! Marked cells, one after the other along a Z-curve, are laid out on one line, each as long as the flux it emits. A batch of n photons
-//! cuts the line into n equal parts and draws one start in each, so photons are spread far more evenly than chance would, and photons with
-//! neighbouring numbers start near each other. Within its cell, the place on the line is turned into two coordinates by taking
-//! its bits in turn.
+//! Marked cells are laid out on a line in the order of a Z-curve, each with a length equal to the flux it emits. A batch of n photons cuts the line
+//! into n equal parts and draws one start in each: photons are spread far more evenly than by chance alone, and photons with neighbouring numbers
+//! start near each other. Within a cell, the position on the line becomes two coordinates by de-interleaving its bits.
 
 use glam::{DVec3, Vec3};
 
@@ -20,7 +19,7 @@ use super::random::{Draws, Purpose, start_bits};
 /// Cells of the grid along each of a light's two coordinates.
 const CELLS: u32 = 256;
 
-/// Most halvings of a triangle's sides while it is marked.
+/// Most subdivisions of a triangle while its cells are marked.
 const MAX_DEPTH: u32 = 12;
 
 /// A photon as it leaves its light.
@@ -30,9 +29,9 @@ pub(super) struct Start {
     pub origin: Vec3,
     /// Unit vector.
     pub direction: Vec3,
-    /// Flux it carries, W, linear RGB, if all photons of the batch together are to carry what the lights emit.
+    /// Flux of the photon, W, linear RGB; the photons of a batch together carry the flux that the lights emit.
     pub flux: Vec3,
-    /// Its random numbers, of which the start has taken the first.
+    /// Its random numbers; the start has used the first.
     pub draws: Draws,
 }
 
@@ -40,7 +39,7 @@ pub(super) struct Start {
 pub(super) struct Emitter {
     lights: Vec<LightEmission>,
     cells: Vec<Cell>,
-    /// Where each cell starts on the line, in W summed over RGB; one more entry for the end.
+    /// Start of each cell on the line, in W summed over RGB, followed by the end of the line.
     starts: Vec<f64>,
     /// One over the length of each cell on the line.
     inverse_lengths: Vec<f64>,
@@ -48,7 +47,7 @@ pub(super) struct Emitter {
 
 struct LightEmission {
     domain: Domain,
-    /// Mean over each row of cells of the share of the intensity that goes its way.
+    /// Mean spot falloff over each row of cells: the share of the intensity that is emitted in its directions.
     falloffs: Vec<f64>,
     /// Irradiance (parallel light) or intensity (others), linear RGB.
     strength: Vec3,
@@ -62,22 +61,22 @@ struct Cell {
     row: u32,
 }
 
-/// The two coordinates of a light's rays, each from 0 to 1 over the grid.
+/// The two coordinates of a light's rays, each in 0..1 over the grid.
 enum Domain {
-    /// `origin + u·side + v·up` is where a ray starts.
+    /// A ray starts at `origin + u·side + v·up`.
     Parallel { direction: Vec3, origin: DVec3, side: DVec3, up: DVec3 },
-    /// `u` is the azimuth about the axis, `v` its cosine from `lowest` to 1.
+    /// `u` is the azimuth about the axis; `v` is the cosine of the angle from the axis, in `lowest..1`.
     Cone { position: Vec3, axis: DVec3, side: DVec3, up: DVec3, lowest: f64, spot: Option<(f32, f32)> },
 }
 
-/// Ranges of both coordinates in cells; the first may wrap around.
+/// Ranges of both coordinates in cells. The range of the first may wrap around.
 struct Footprint {
     columns: (f64, f64),
     rows: (f64, f64),
 }
 
 impl Emitter {
-    /// Marks, for every light, the triangles given.
+    /// Marks the cells of every light that contain a part of the triangles.
     pub fn new(lights: &[Light], bounds: Aabb, targets: &[[Vec3; 3]]) -> Self {
         let mut emitter = Self { lights: Vec::new(), cells: Vec::new(), starts: vec![0.0], inverse_lengths: Vec::new() };
         for light in lights {
@@ -86,7 +85,7 @@ impl Emitter {
         emitter
     }
 
-    /// What all lights emit into the marked cells, W summed over RGB.
+    /// Flux that all lights emit into marked cells, W summed over RGB.
     pub fn total_w(&self) -> f64 {
         self.starts.last().copied().unwrap_or(0.0)
     }
@@ -127,7 +126,7 @@ impl Emitter {
         self.lights.push(LightEmission { domain, falloffs, strength });
     }
 
-    /// Starts of photons `first..first + out.len()` of a batch of `count`, whose random numbers `seed` and `batch` choose.
+    /// Starts of the photons `first..first + number` of a batch of `count`. `seed` and `batch` select the random numbers.
     pub fn start(&self, seed: u32, batch: u32, first: u32, count: u32, out: &mut Vec<Start>, number: usize) {
         out.clear();
         let total = self.total_w();
@@ -144,14 +143,14 @@ impl Emitter {
         }
     }
 
-    /// The cell that holds a place on the line.
+    /// The cell that contains a position on the line.
     fn cell_at(&self, place: f64) -> usize {
         self.starts.partition_point(|&start| start <= place).saturating_sub(1).min(self.cells.len() - 1)
     }
 
     fn ray(&self, cell: Cell, bits: u32, step: f64, draws: Draws) -> Start {
         let source = &self.lights[cell.light as usize];
-        // The high bits choose the coarse place, as in the order of cells.
+        // The high bits select the coarse position, as in the order of cells.
         let u = (f64::from(cell.column) + (f64::from(every_other_bit(bits)) + 0.5) / 65536.0) / f64::from(CELLS);
         let v = (f64::from(cell.row) + (f64::from(every_other_bit(bits >> 1)) + 0.5) / 65536.0) / f64::from(CELLS);
         let strength = source.strength;
@@ -162,7 +161,7 @@ impl Emitter {
     }
 }
 
-/// Bits 0, 2, 4... of a word, side by side.
+/// Bits 0, 2, 4... of a word, packed.
 fn every_other_bit(word: u32) -> u32 {
     let mut x = word & 0x5555_5555;
     x = (x | x >> 1) & 0x3333_3333;
@@ -171,7 +170,7 @@ fn every_other_bit(word: u32) -> u32 {
     (x | x >> 8) & 0x0000_ffff
 }
 
-/// Two unit vectors across a third and each other.
+/// Two unit vectors perpendicular to `axis` and to each other.
 fn across(axis: DVec3) -> (DVec3, DVec3) {
     let helper = if axis.y.abs() > 0.9 { DVec3::X } else { DVec3::Y };
     let side = helper.cross(axis).normalize();
@@ -179,7 +178,7 @@ fn across(axis: DVec3) -> (DVec3, DVec3) {
 }
 
 impl Domain {
-    /// The plane behind everything, as large as the targets seen along the light.
+    /// A plane upstream of the whole scene, as large as the targets seen along the light.
     fn parallel(direction: Vec3, bounds: Aabb, targets: &[[Vec3; 3]]) -> Self {
         let axis = direction.as_dvec3();
         let (side, up) = across(axis);
@@ -199,7 +198,7 @@ impl Domain {
         Self::Parallel { direction, origin, side: side * extent[0], up: up * extent[1] }
     }
 
-    /// All directions from a point, or those of the cone around the targets where the point is outside of them.
+    /// All directions from a point; if the point is outside of the targets, only the cone around them.
     fn around(position: Vec3, targets: &[[Vec3; 3]]) -> Self {
         let bounds = Aabb::from_points(targets.iter().flatten().copied());
         let to = (bounds.center() - position).as_dvec3();
@@ -225,7 +224,7 @@ impl Domain {
         }
     }
 
-    /// Mean over a row of the share of the intensity that goes its way.
+    /// Mean spot falloff over a row of cells.
     fn mean_falloff(&self, row: u32) -> f64 {
         const SAMPLES: u32 = 16;
         let Self::Cone { lowest, spot: Some((inner_deg, outer_deg)), .. } = *self else { return 1.0 };
@@ -236,7 +235,7 @@ impl Domain {
         (0..SAMPLES).fold(0.0, |sum, k| sum + at(k)) / f64::from(SAMPLES)
     }
 
-    /// The ray at two coordinates, and the share of the intensity that goes its way.
+    /// The ray at two coordinates, and the spot falloff in its direction.
     fn ray(&self, u: f64, v: f64) -> (Vec3, Vec3, f64) {
         match *self {
             Self::Parallel { direction, origin, side, up } => ((origin + side * u + up * v).as_vec3(), direction, 1.0),
@@ -251,7 +250,8 @@ impl Domain {
         }
     }
 
-    /// Marks every cell in which part of a triangle may be seen: those its footprint covers, after cutting it until that is small.
+    /// Marks every cell in which part of a triangle may be visible: the triangle is cut until its footprint is small, and the footprint's cells are
+    /// marked.
     fn mark(&self, triangle: [Vec3; 3], depth: u32, marked: &mut [bool]) {
         let [a, b, c] = triangle;
         let Some(footprint) = self.footprint(triangle) else { return };
@@ -276,14 +276,14 @@ impl Domain {
         }
     }
 
-    /// The coordinates, in cells, that hold a triangle, or the sphere around one; `None` outside of the light's range.
+    /// Range of the coordinates, in cells, that contains a triangle or a sphere around it; `None` outside of the light's range.
     fn footprint(&self, triangle: [Vec3; 3]) -> Option<Footprint> {
         let cells = f64::from(CELLS);
         match *self {
             Self::Parallel { origin, side, up, .. } => {
                 let along = |axis: DVec3| {
                     let places = triangle.map(|p| (p.as_dvec3() - origin).dot(axis) / axis.length_squared() * cells);
-                    // A little more, for rounding.
+                    // Margin for rounding.
                     let slack = 1.0e-6;
                     (places.into_iter().fold(f64::INFINITY, f64::min) - slack, places.into_iter().fold(f64::NEG_INFINITY, f64::max) + slack)
                 };
@@ -309,7 +309,7 @@ impl Domain {
                 if polar - half <= 0.0 || polar + half >= std::f64::consts::PI {
                     return Some(Footprint { columns: (0.0, cells - 1.0e-9), rows });
                 }
-                // Widest where the sphere's cone touches a meridian: sin Δφ = sin half / sin polar.
+                // The range is widest where the sphere's cone touches a meridian: sin Δφ = sin half / sin polar.
                 let width = libm::asin((libm::sin(half) / libm::sin(polar)).min(1.0));
                 let azimuth = libm::atan2(offset.dot(up), offset.dot(side));
                 let column = |angle: f64| angle / std::f64::consts::TAU * cells;

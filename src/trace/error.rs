@@ -1,17 +1,17 @@
-//! Why a scene cannot be traced.
+//! Errors of the tracer.
 
 use nephroid_scene::SceneError;
 
 /// Why a scene cannot be traced.
 #[derive(Debug, thiserror::Error)]
 pub enum TraceError {
-    /// A mesh of the scene cannot be had.
+    /// A mesh of the scene cannot be made or loaded.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// There is nothing that could make a caustic.
+    /// The scene has nothing that makes a caustic.
     #[error("the scene has no caustics to trace: it needs a light, and water, a mirror or glass that the light can reach")]
     NothingSpecular,
-    /// Glass whose surface does not enclose anything.
+    /// A glass object whose surface is not closed.
     #[error(
         "{object} is glass, but its mesh is open: {border} edges have one triangle only, {crowded} have more than two, {twisted} join \
          triangles of opposite orientation; a closed mesh is needed"
@@ -19,14 +19,14 @@ pub enum TraceError {
     OpenGlass {
         /// Name of the object.
         object: String,
-        /// Edges of one triangle.
+        /// Number of edges with one triangle.
         border: usize,
-        /// Edges of three triangles or more.
+        /// Number of edges with three or more triangles.
         crowded: usize,
-        /// Edges whose triangles disagree about which side is out.
+        /// Number of edges whose triangles disagree about the outside.
         twisted: usize,
     },
-    /// A light that is in a solid body.
+    /// A light inside of a closed object.
     #[error("light {light} at ({}, {}, {}) is inside {object}; it must be outside of all closed objects", .position[0], .position[1], .position[2])]
     LightInside {
         /// Index of the light.
@@ -36,7 +36,7 @@ pub enum TraceError {
         /// Name of the object.
         object: String,
     },
-    /// An eye that is in glass.
+    /// A camera inside of glass.
     #[error("the camera at ({}, {}, {}) is inside {object}; it must be outside of all closed objects", .position[0], .position[1], .position[2])]
     CameraInside {
         /// Position of the eye, m.
@@ -44,25 +44,25 @@ pub enum TraceError {
         /// Name of the object.
         object: String,
     },
-    /// Too many triangles for the numbers that name them.
+    /// More triangles than their numbers can name.
     #[error("the scene has {found} triangles; the ground truth takes at most {limit}")]
     TooManyTriangles {
         /// Number of triangles.
         found: usize,
-        /// Most that can be.
+        /// Largest number allowed.
         limit: usize,
     },
-    /// A state that was kept of another run.
+    /// A saved state that belongs to another run.
     #[error("the kept state does not belong to this run: {what} was {found}, now {expected}")]
     OtherState {
-        /// What differs.
+        /// The quantity that differs.
         what: &'static str,
         /// Its value in the state.
         found: String,
         /// Its value in this run.
         expected: String,
     },
-    /// A state that is damaged.
+    /// A saved state that is damaged.
     #[error("the kept state is damaged: {0}")]
     BadState(&'static str),
 }

@@ -1,7 +1,7 @@
-//! What the eye sees: rays from the camera, through the water surface, to the first solid point.
+//! View rays: from the camera, through the water surface, to the first solid point.
 //!
-//! At the water a ray goes on refracted, or reflected where nothing is refracted: a picture of the water's surface itself has another part
-//! that mirrors the sky, which holds no caustic. Mirrors and glass end a ray, as what is seen in them is no point of theirs.
+//! At the water a ray continues refracted, or reflected in case of total reflection. (A picture of the water surface also has the mirrored sky, which
+//! contains no caustic.) Mirrors and glass end a ray, because what is seen in them does not lie on their surfaces.
 
 use glam::{DVec3, Vec3};
 
@@ -14,7 +14,7 @@ use super::tree::NONE;
 use super::water::{Rays, WaterSurface};
 use super::world::{Surface, World};
 
-/// Most times that a ray meets the water.
+/// Most crossings of a ray with the water.
 const MAX_CROSSINGS: u32 = 8;
 
 /// One straight part of a view ray.
@@ -26,22 +26,22 @@ pub(super) struct Stretch {
     pub direction: Vec3,
     /// Length, m; may be infinite.
     pub length: f32,
-    /// What it runs through.
+    /// Medium that the stretch runs through.
     pub place: Place,
-    /// Radiance that arrives at the eye over radiance at the start of this stretch, all media left out.
+    /// Factor from radiance at the start of this stretch to radiance at the eye, without the attenuation by media.
     pub throughput: f32,
 }
 
-/// Where a view ray ends.
+/// The end of a view ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Seen {
     /// World space, m.
     pub position: Vec3,
-    /// Normal of the triangle, turned against the ray.
+    /// Unit normal of the triangle, on the side of the eye.
     pub normal: Vec3,
     /// Number of the object.
     pub object: u32,
-    /// Whether light can land there.
+    /// Whether the surface is diffuse, so that light can land there.
     pub diffuse: bool,
 }
 
@@ -64,7 +64,7 @@ impl<'a> Eye<'a> {
         let camera = scene.camera;
         let forward = (camera.target_ws().as_dvec3() - camera.position_ws().as_dvec3()).normalize();
         let right = forward.cross(camera.up_ws().as_dvec3()).normalize();
-        // Half the height of the picture: at a distance of 1, or everywhere.
+        // Half the height of the picture: at distance 1 for a perspective camera, everywhere for a parallel one.
         let half = match camera {
             Camera::Perspective { fov_deg, .. } => libm::tan(f64::from(fov_deg).to_radians() * 0.5),
             Camera::Orthographic { height_m, .. } => f64::from(height_m) * 0.5,
@@ -82,7 +82,7 @@ impl<'a> Eye<'a> {
         }
     }
 
-    /// The ray through a place of the picture in pixels, from the top left corner: start, at the near plane, and direction.
+    /// The ray through a position of the picture in pixels from the top left corner: its start on the near plane and its direction.
     fn ray(&self, x_px: f64, y_px: f64) -> (Vec3, Vec3) {
         let (x, y) = (2.0 * x_px / self.size[0] - 1.0, 1.0 - 2.0 * y_px / self.size[1]);
         let across = self.right * x + self.up * y;
@@ -96,7 +96,7 @@ impl<'a> Eye<'a> {
         }
     }
 
-    /// Follows the ray through a place of the picture; `stretch` is told of its straight parts in order.
+    /// Follows the ray through a position of the picture. `stretch` is called with each straight part in order.
     pub fn look(&self, x_px: f64, y_px: f64, mut stretch: impl FnMut(Stretch)) -> Option<Seen> {
         let (mut origin, mut direction) = self.ray(x_px, y_px);
         let mut wet = self.water.is_some_and(|water| water.holds(origin));
@@ -126,7 +126,7 @@ impl<'a> Eye<'a> {
             let onward = if passes {
                 wet = !wet;
                 origin = p - normal * lift;
-                // Radiance over the square of the refractive index is what a boundary lets through.
+                // A boundary transmits radiance over the square of the refractive index.
                 throughput *= fresnel_transmittance(-direction.dot(normal), here, there) * (here / there) * (here / there);
                 onward
             } else {
@@ -138,7 +138,7 @@ impl<'a> Eye<'a> {
         None
     }
 
-    /// Distance to the water and its normal there, pointing up.
+    /// Distance to the water, and the water's normal there, pointing up.
     fn meet(&self, origin: Vec3, direction: Vec3, wet: bool) -> (f32, Vec3) {
         let Some(water) = self.water else { return (f32::INFINITY, Vec3::Y) };
         let rays = Rays {

@@ -1,18 +1,18 @@
-//! The ground truth: forward photon tracing, which shares nothing with what it judges.
+//! The ground truth: forward photon tracing, independent of the techniques that it judges.
 //!
-//! Photons leave the lights by flux towards whatever is specular, and are followed through every refraction and reflection until they land.
-//! In: a scene. Out: irradiance over the texels of a plane, irradiance at what each pixel of the camera shows, and radiance scattered towards the
-//! camera, each with its standard error; and an audit of where the light went. Only light that met at least one specular surface is measured: this is
-//! what the layers `caustic_irradiance` and `godrays` mean.
+//! Photons leave the lights in proportion to flux, towards specular surfaces, and are followed through every refraction and reflection until they
+//! land. In: a scene. Out: irradiance over the texels of a plane, irradiance at the points that the camera's pixels show, and radiance scattered
+//! towards the camera, each with its standard error; and an energy audit. Only light that met at least one specular surface is measured, which is
+//! also the meaning of the layers `caustic_irradiance` and `godrays`.
 //!
-//! - `emit`: where photons start; `photon`: their life; `water`: the surface that they meet, exact or as a mesh; `world`: objects,
-//!   found by `tree`.
-//! - `plane` and `cells` measure what lands, `beams` what is scattered, `statistics` adds up; `eye` follows view rays.
-//! - [`Tracer`] runs batches. A batch is cut into chunks that do not depend on the number of threads, results are added up in order and in 64
-//!   bits, and random numbers are functions of seed, batch and photon: the same bits on any number of threads, and after an interruption.
+//! - `emit`: starts of photons; `photon`: their interactions; `water`: the water surface, exact or as a mesh; `world`: objects, intersected by
+//!   `tree`.
+//! - `plane` and `cells` measure light that lands, `beams` light that is scattered, `statistics` sums up; `eye` follows view rays.
+//! - [`Tracer`] runs batches. A batch is cut into chunks that do not depend on the number of threads, results are summed in order and in 64 bits, and
+//!   random numbers are functions of seed, batch and photon: the same bits on any number of threads, and after an interruption.
 //!
-//! It uses neither the pipeline nor frames nor a technique. The scene's models of water and media are its input, as they are theirs.
-//! It does not follow light that a diffuse surface sends on, nor light that is scattered more than once.
+//! It uses neither the pipeline nor frames nor a technique; it shares only the scene's models of water and media with them. Not followed: light that
+//! a diffuse surface reflects, and light that is scattered more than once.
 
 mod audit;
 mod beams;

@@ -1,8 +1,8 @@
-//! What light passes through: the water's medium, glass, and smoke of uneven density.
+//! Media: water, glass, and smoke of varying density.
 //!
-//! Beer & Lambert give the transmittance of an even medium. That of smoke is estimated without bias by ratio tracking [Novák, Selle & Jarosz
-//! 2014]: steps are drawn as if the smoke were as dense everywhere as at its densest, `σ̄`, and at each the estimate is multiplied by
-//! `1 − σ_t(x)/σ̄`, the chance that the real smoke would have let the light pass there.
+//! The transmittance of a homogeneous medium follows from Beer & Lambert's law. That of smoke is estimated without bias by ratio tracking [Novák,
+//! Selle & Jarosz 2014]: steps are drawn as if the smoke had its greatest density `σ̄` everywhere, and at each step the estimate is multiplied by
+//! `1 − σ_t(x)/σ̄`, the probability that the real smoke lets the light pass.
 
 use glam::Vec3;
 
@@ -11,12 +11,12 @@ use nephroid_scene::{DensityGrid, Medium, Smoke};
 
 use super::random::Draws;
 
-/// Smoke, ready to be asked for densities.
+/// Smoke with its density sampled on a grid.
 pub(super) struct SmokeBox {
     bounds: Aabb,
     grid: DensityGrid,
     scale: Vec3,
-    /// At density 1, 1/m.
+    /// Scattering coefficient at density 1, 1/m.
     pub sigma_s: Vec3,
     sigma_t: Vec3,
     /// Mean cosine of the phase function.
@@ -25,7 +25,7 @@ pub(super) struct SmokeBox {
 }
 
 impl SmokeBox {
-    /// Samples the density.
+    /// Samples the density of a scene's smoke.
     pub fn new(smoke: &Smoke) -> Self {
         let grid = smoke.density_grid();
         let cells = Vec3::from_array(grid.corners.map(|c| (c - 1) as f32));
@@ -71,7 +71,7 @@ impl SmokeBox {
         }
         let mut t = enter;
         loop {
-            // Of (0, 1]: its logarithm is finite.
+            // A number in (0, 1], so that its logarithm is finite.
             t -= libm::logf(1.0 - draws.uniform()) / self.majorant;
             if t >= leave {
                 return estimate;
@@ -80,7 +80,7 @@ impl SmokeBox {
         }
     }
 
-    /// Whether any of it scatters.
+    /// Whether the smoke scatters light in any channel.
     pub fn scatters(&self) -> bool {
         self.sigma_s != Vec3::ZERO && self.majorant > 0.0
     }
@@ -92,36 +92,36 @@ impl SmokeBox {
     }
 }
 
-/// Where a stretch of a path runs.
+/// The medium that a stretch of a path runs through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// In the open, smoke included.
+    /// Air, with smoke if there is any.
     Air,
-    /// In the water.
+    /// Water.
     Water,
-    /// In a body of glass of this object.
+    /// Glass of the object with this number.
     Glass(u32),
 }
 
-/// Transmittance of an even medium, linear RGB; 0 over an infinite way through anything but nothing.
+/// Transmittance of a homogeneous medium, linear RGB. Over an infinite length it is 0, except in channels without extinction.
 pub(super) fn even_transmittance(sigma_t: Vec3, length: f32) -> Vec3 {
     let share = |sigma: f32| if sigma == 0.0 { 1.0 } else { nephroid_math::optics::beer_lambert(sigma, length) };
     Vec3::new(share(sigma_t.x), share(sigma_t.y), share(sigma_t.z))
 }
 
-/// Share of what a medium takes out of a beam that it scatters; the rest it absorbs.
+/// The share of the extinguished light that a medium scatters; the rest is absorbed.
 pub(super) fn scattered_share(sigma_a: Vec3, sigma_s: Vec3) -> Vec3 {
     let total = sigma_a + sigma_s;
     Vec3::select(total.cmpgt(Vec3::ZERO), sigma_s / total, Vec3::ZERO)
 }
 
-/// The water's medium.
+/// [`scattered_share`] of the water's medium.
 pub(super) fn water_share(medium: &Medium) -> Vec3 {
     scattered_share(medium.sigma_a, medium.sigma_s)
 }
 
 impl SmokeBox {
-    /// See [`scattered_share`].
+    /// [`scattered_share`] of the smoke.
     pub fn share(&self) -> Vec3 {
         scattered_share(self.sigma_t - self.sigma_s, self.sigma_s)
     }

@@ -1,7 +1,7 @@
-//! What a surface and a stretch of its way do to one photon.
+//! Interactions of one photon with surfaces and media.
 //!
-//! A photon is never split. At a smooth boundary it is refracted or reflected, with the chance that Fresnel's law gives each, and takes all of its
-//! flux along; media take their share on the way. So every photon has one end and the audit closes to rounding.
+//! Photons are never split. At a smooth boundary a photon is refracted or reflected, each with the probability given by Fresnel's law, and keeps its
+//! whole flux; media reduce the flux along the way. So every photon has one end, and the audit closes up to rounding.
 
 use fearless_simd::Level;
 use glam::Vec3;
@@ -23,22 +23,22 @@ use super::tree::NONE;
 use super::water::WaterSurface;
 use super::world::{Facet, Surface, World};
 
-/// Bodies of glass that can overlap at one place.
+/// Most bodies of glass that may overlap at one point.
 const NESTING: usize = 4;
 
-/// New rays start this far off a surface, as a share of their coordinates, on the side they go to: as much as rounding can have put them on
-/// the other. More would push those that start near an edge through the next triangle.
+/// Offset of new rays from a surface, as a share of their coordinates, on the side to which they go: the largest distance by which rounding can have
+/// put them on the other side. A larger offset would push rays that start near an edge through the next triangle.
 const LIFT: f32 = 1.2e-7;
 
-/// What photons of one wavelength, or of all, travel through.
+/// The surroundings of photons, for one wavelength or for all.
 pub(super) struct Travel<'a> {
     /// SIMD level.
     pub level: Level,
-    /// Where they start.
+    /// Starts of photons.
     pub emitter: &'a Emitter,
-    /// What they meet.
+    /// Objects of the scene.
     pub world: &'a World,
-    /// The water.
+    /// The water surface, if there is water.
     pub water: Option<&'a WaterSurface>,
     /// The water's refractive index at this wavelength.
     pub water_ior: f32,
@@ -46,51 +46,51 @@ pub(super) struct Travel<'a> {
     pub glass_ior: &'a [f32],
     /// The water's medium.
     pub medium: Medium,
-    /// Smoke in the air.
+    /// Smoke in the air, if any.
     pub smoke: Option<&'a SmokeBox>,
-    /// A plane that measures.
+    /// The measuring plane, if any.
     pub plane: Option<&'a Plane>,
-    /// The visible points.
+    /// Footprints of the pixels, if they are measured.
     pub cells: Option<&'a Cells>,
-    /// Whether stretches through scattering media are wanted.
+    /// Whether stretches through scattering media are recorded.
     pub beams: bool,
-    /// Factor on each channel: 0 for those of other wavelengths.
+    /// Factor on each channel: 0 for channels of other wavelengths.
     pub channels: Vec3,
-    /// Most surfaces that a photon may meet.
+    /// Most surfaces that a photon may meet before it is dropped.
     pub max_events: u32,
     /// Seed of the run.
     pub seed: u32,
-    /// Number of the batch, and of its part in scenes with dispersion.
+    /// Number of the batch, and of the batch's part in scenes with dispersion.
     pub batch: u32,
-    /// Photons in the batch.
+    /// Number of photons of the batch.
     pub batch_photons: u32,
 }
 
-/// What came of a chunk of photons.
+/// Results of a chunk of photons.
 #[derive(Default)]
 pub(super) struct Arrivals {
-    /// On the measuring plane.
+    /// Deposits on the measuring plane.
     pub plane: Vec<Deposit>,
-    /// At visible points.
+    /// Deposits on pixels.
     pub pixels: Vec<Deposit>,
     /// Stretches through scattering media.
     pub beams: Vec<Beam>,
-    /// Where the light went.
+    /// Energy audit of the chunk.
     pub audit: Audit,
 }
 
-/// A photon, but for its place and direction.
+/// The state of a photon, except for position and direction.
 #[derive(Clone, Copy)]
 pub(super) struct Photon {
-    /// Its random numbers: all that chance decides on its way is drawn from them.
+    /// Its random numbers: all random decisions on its path use them.
     pub draws: Draws,
-    /// Surfaces that it has met.
+    /// Number of surfaces met.
     events: u32,
-    /// Triangle that it comes from.
+    /// The triangle that it comes from, which its next ray skips.
     pub skip: u32,
-    /// What it carries, W.
+    /// Flux, W, linear RGB.
     pub flux: Vec3,
-    /// Bodies of glass it is in, innermost last; scenes have at most 4096 objects.
+    /// Bodies of glass that the photon is in, innermost last; scenes have at most 4096 objects.
     inside: [u16; NESTING],
     depth: u8,
     wet: bool,
@@ -98,12 +98,12 @@ pub(super) struct Photon {
 }
 
 impl Photon {
-    /// As it leaves its light, which is not in glass.
+    /// A photon that leaves its light, outside of all glass.
     pub fn new(draws: Draws, flux: Vec3, wet: bool) -> Self {
         Self { draws, events: 0, skip: NONE, flux, inside: [0; NESTING], depth: 0, wet, specular: false }
     }
 
-    /// The place that it is in.
+    /// The medium that the photon is in.
     pub fn place(&self) -> Place {
         match (self.depth, self.wet) {
             (0, false) => Place::Air,
@@ -113,27 +113,27 @@ impl Photon {
     }
 }
 
-/// What is ahead of a photon.
+/// The next surface of a photon.
 pub(super) struct Ahead {
-    /// Distance to it, m; infinite for nothing.
+    /// Distance to the surface, m; infinite if there is none.
     pub length: f32,
     /// The triangle, or [`NONE`] for the water.
     pub triangle: u32,
-    /// A number uniform in `[0, 1)`, drawn for this surface, whichever it is: below its reflectance, the photon is reflected.
+    /// A number uniform in `[0, 1)`, drawn for this surface of whatever kind: the photon is reflected if the number is below the reflectance.
     pub choice: f32,
 }
 
-/// What the water does to a photon.
+/// Interaction of a photon with the water surface.
 pub(super) struct Wetting {
-    /// Whether it is reflected.
+    /// Whether the photon is reflected.
     pub reflected: bool,
-    /// Normal towards the photon.
+    /// Normal on the side of the photon.
     pub normal: Vec3,
-    /// New direction.
+    /// Direction after the interaction.
     pub onward: Vec3,
 }
 
-/// A photon taking its step.
+/// A photon during a step.
 pub(super) struct One<'a, 'b> {
     pub travel: &'a Travel<'a>,
     pub photon: &'b mut Photon,
@@ -141,7 +141,7 @@ pub(super) struct One<'a, 'b> {
 }
 
 impl One<'_, '_> {
-    /// Goes to the next surface and through what it does; the new origin and direction, or `None` at the end.
+    /// Moves the photon to the next surface and through the interaction there. Returns the new origin and direction, or `None` at the photon's end.
     #[inline]
     pub fn step(&mut self, ray: Ray, ahead: Ahead, water: impl FnOnce() -> Wetting) -> Option<(Vec3, Vec3)> {
         let Ray { origin, direction } = ray;
@@ -187,7 +187,7 @@ impl One<'_, '_> {
         Some(onward)
     }
 
-    /// Passes the plane that measures and the medium on the way to the next surface.
+    /// Handles the measuring plane and the medium on the way to the next surface.
     fn cross(&mut self, origin: Vec3, direction: Vec3, length: f32) {
         let travel = self.travel;
         let place = self.photon.place();
@@ -196,7 +196,7 @@ impl One<'_, '_> {
             && self.photon.specular
             && let Some((texel, distance)) = plane.crossed(origin, direction, length)
         {
-            // Whether anything measures must not change the path.
+            // Measurements must not change the path, so they use a random sequence of their own.
             let mut aside = self.photon.draws.aside();
             let value = self.photon.flux * self.transmittance(place, ray, distance, &mut aside);
             self.arrivals.plane.push(Deposit { texel, value: value.to_array() });
@@ -233,7 +233,7 @@ impl One<'_, '_> {
         }
     }
 
-    /// The stretch of a ray through smoke, with the flux that reaches it.
+    /// Records the stretch of a ray through smoke, with the flux that reaches it.
     fn smoke_beam(&mut self, smoke: &SmokeBox, ray: Ray, length: f32) {
         if let Some((enter, leave)) = smoke.span(ray, length) {
             let beam =
@@ -255,7 +255,7 @@ impl One<'_, '_> {
         }
     }
 
-    /// Ends on a diffuse surface.
+    /// Ends the photon on a diffuse surface.
     fn land(&mut self, p: Vec3, direction: Vec3, triangle: u32) {
         let watts = sum(self.photon.flux);
         if !self.photon.specular {
@@ -300,7 +300,7 @@ impl One<'_, '_> {
         }
         let within = self.photon.inside[..self.photon.depth as usize].contains(&(object as u16));
         if entering == within {
-            // A ray so close to an edge that rounding has put its start beyond the next triangle; or a body that passes through itself.
+            // Rounding has put the ray's start beyond the next triangle at an edge, or the body intersects itself.
             self.arrivals.audit.unexpected_sides += 1;
             return (lifted(p, -face), direction);
         }
@@ -320,7 +320,7 @@ impl One<'_, '_> {
         (lifted(p, onto), onward)
     }
 
-    /// Refractive index at the photon's place; with an object and a point, of what is there once that object is left.
+    /// Refractive index at the photon. With an object and a point, the index of the medium that remains after leaving that object.
     fn index_here(&self, leaving: Option<(u32, Vec3)>) -> f32 {
         let bodies = &self.photon.inside[..self.photon.depth as usize];
         let innermost = bodies.iter().rev().find(|&&body| leaving.is_none_or(|(object, _)| u32::from(body) != object));
@@ -335,7 +335,7 @@ impl One<'_, '_> {
         }
     }
 
-    /// Remembers that a body was entered or left.
+    /// Records that a body was entered or left.
     fn change_side(&mut self, object: u32, entering: bool, p: Vec3) {
         let photon = &mut *self.photon;
         let depth = photon.depth as usize;
@@ -350,17 +350,17 @@ impl One<'_, '_> {
             photon.inside.copy_within(place + 1..depth, place);
             photon.depth -= 1;
         }
-        // Glass displaces water: on which side of its surface the photon comes out, it learns only now.
+        // Glass displaces water, so the side of the water surface on which the photon emerges is determined here.
         photon.wet = self.travel.water.is_some_and(|water| water.holds(p));
     }
 }
 
-/// The normal turned against a direction.
+/// The normal, turned against a direction.
 fn facing(normal: Vec3, direction: Vec3) -> Vec3 {
     if normal.dot(direction) > 0.0 { -normal } else { normal }
 }
 
-/// A point moved off its surface, so that rounding cannot leave it behind.
+/// A point moved off its surface, so that rounding cannot put it on the other side.
 fn lifted(p: Vec3, normal: Vec3) -> Vec3 {
     p + normal * (LIFT * p.abs().max_element())
 }

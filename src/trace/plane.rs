@@ -1,17 +1,17 @@
-//! A plane that measures the light that crosses it.
+//! A plane that measures the irradiance of light that crosses it.
 
 use glam::{DVec3, Vec3};
 
 use nephroid_scene::MeasuringPlane;
 
-/// Light that ends within this share of a stretch's length behind its end still counts, so that a plane in a surface measures what lands there.
+/// Tolerance at the end of a stretch, as a share of its length: a plane that lies in a surface measures the light that lands there.
 const REACH: f32 = 1.0e-5;
 
-/// A [`MeasuringPlane`], ready to be crossed.
+/// A [`MeasuringPlane`] in the form for intersections.
 pub(super) struct Plane {
     corner: Vec3,
     normal: Vec3,
-    /// Vectors whose products with an offset from the corner are texel coordinates.
+    /// Vectors whose dot products with an offset from the corner are texel coordinates.
     along_u: Vec3,
     along_v: Vec3,
     columns: f32,
@@ -36,7 +36,7 @@ impl Plane {
         }
     }
 
-    /// Index of the texel whose front a stretch of a ray crosses, and the distance at which it does.
+    /// Index of the texel whose front side a stretch of a ray crosses, and the distance to the crossing.
     pub fn crossed(&self, origin: Vec3, direction: Vec3, length: f32) -> Option<(u32, f32)> {
         let towards = direction.dot(self.normal);
         if towards >= 0.0 {

@@ -1,27 +1,27 @@
-//! All random numbers of the tracer.
+//! Random numbers of the tracer.
 //!
-//! Whatever is decided by chance belongs to a sequence: that of one photon from its start to its end, or that of one view ray in one batch. A
-//! decision takes the next number of its sequence and thereby moves the sequence on ([`Draws::uniform`]), so that no two decisions can
-//! have one number, whatever the order in which a path meets things. This is the only file of the tracer that calls the generator.
+//! Every random decision belongs to a sequence: that of one photon from its start to its end, or that of one view ray in one batch. A decision takes
+//! the next number of its sequence and advances the sequence ([`Draws::uniform`]), so no two decisions share a number, whatever the order of
+//! interactions on a path. This is the only file of the tracer that calls the generator.
 //!
-//! Sequence and count are the 96 bits of the generator's input, which it maps to 96 bits of output one to one.
+//! The sequence and the count of draws are the 96 bits of the generator's input, which it maps one to one to 96 bits of output.
 
 use nephroid_math::rng::{rng3, unit_from_bits};
 
-/// Whom a sequence belongs to.
+/// The owner of a sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub(super) enum Purpose {
-    /// A photon of a batch, by number: what surfaces do to it, and what smoke leaves of it.
+    /// A photon of a batch, by number: interactions with surfaces and the transmittance of smoke.
     Photon = 0xf2e5_0000,
-    /// A pixel, by index: what smoke leaves of a batch's light on its way to the eye.
+    /// A pixel, by index: the transmittance of smoke on the view ray, for the light of one batch.
     View = 0x7ac4_0000,
 }
 
-/// Spreads the numbers of batches, so that counts of draws reach no other batch.
+/// Spreads the numbers of batches, so that the counts of draws never reach another batch.
 const BATCH_STEP: u32 = 0x9e37_79b9;
 
-/// Where a photon of a batch starts, out of 2³².
+/// Random offset of a photon's start in its part of the line, out of 2³².
 #[inline(always)]
 pub(super) fn start_bits(seed: u32, batch: u32, photon: u32) -> u32 {
     const STREAM_START: u32 = 0x5eed_0000;
@@ -36,14 +36,14 @@ pub(super) struct Draws {
 }
 
 impl Draws {
-    /// The sequence of an item of a batch.
+    /// The sequence of an item in a batch.
     #[inline(always)]
     pub fn new(seed: u32, purpose: Purpose, batch: u32, item: u32) -> Self {
         Self { key: [seed ^ purpose as u32, batch.wrapping_mul(BATCH_STEP), item], drawn: 0 }
     }
 
-    /// A sequence of its own for something beside the path, which then does not change what the path itself draws: a measurement. It
-    /// depends on how far this one has come.
+    /// A separate sequence for work beside the path, such as a measurement, which then does not change the numbers of the path. It depends on the
+    /// count of draws so far.
     pub fn aside(&self) -> Self {
         let [a, b, c] = self.key;
         Self { key: rng3(!a, b ^ self.drawn, c), drawn: 0 }

@@ -1,7 +1,7 @@
 //! Dispersion: the refractive index of red, green and blue light.
 //!
-//! Cauchy's formula `n(λ) = A + B/λ²` goes through the index `n_d` at 587.56 nm and spreads by the Abbe number `V = (n_d − 1)/(n_F − n_C)`, with
-//! n_F at 486.13 nm and n_C at 656.28 nm. Red, green and blue are 650, 550 and 450 nm, as for the media.
+//! Cauchy's formula `n(λ) = A + B/λ²` passes through the index `n_d` at 587.56 nm; the Abbe number `V = (n_d − 1)/(n_F − n_C)` determines the spread,
+//! with n_F at 486.13 nm and n_C at 656.28 nm. Red, green and blue are 650, 550 and 450 nm, as for the media.
 
 use glam::Vec3;
 
@@ -13,24 +13,24 @@ const COLOURS_UM: [f64; 3] = [0.650, 0.550, 0.450];
 /// Fraunhofer's lines F, d and C, μm.
 const LINES_UM: [f64; 3] = [0.486_13, 0.587_56, 0.656_28];
 
-/// Whether colours travel together.
+/// Whether the colours are traced together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wavelengths {
-    /// Nothing spreads them: each photon carries all three.
+    /// Without dispersion: each photon carries all three colours.
     Together,
-    /// Each photon carries one.
+    /// With dispersion: each photon carries one colour.
     Apart,
 }
 
 impl Wavelengths {
-    /// Apart if anything in the scene has dispersion.
+    /// `Apart` if a material of the scene has dispersion.
     pub fn of(scene: &Scene) -> Self {
         let glass = scene.objects.iter().any(|object| matches!(object.material, Material::Dielectric { abbe: Some(_), .. }));
         let water = scene.water.as_ref().is_some_and(|water| water.abbe.is_some());
         if glass || water { Self::Apart } else { Self::Together }
     }
 
-    /// For each part of a batch, the channels that its photons carry.
+    /// The parts of a batch: for each, the channels that its photons carry.
     pub fn parts(self) -> &'static [Vec3] {
         match self {
             Self::Together => &[Vec3::ONE],
@@ -38,7 +38,7 @@ impl Wavelengths {
         }
     }
 
-    /// The colour of a part: 0, 1 or 2, or none in particular.
+    /// The colour of a part: 0, 1 or 2; `None` for all three.
     pub fn colour(self, part: u32) -> Option<usize> {
         (self == Self::Apart).then_some(part as usize)
     }

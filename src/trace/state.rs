@@ -1,4 +1,4 @@
-//! A run as bytes, so that it can go on after an interruption: the same bits as if there had been none.
+//! The state of a run as bytes. A run that continues from its state gives the same bits as an uninterrupted one.
 
 use nephroid_scene::Scene;
 
@@ -7,10 +7,10 @@ use super::error::TraceError;
 use super::statistics::Accumulator;
 use super::tracer::Tracer;
 
-/// First bytes of a state, and its version.
+/// First bytes of a state, with the version.
 const MAGIC: &[u8; 16] = b"nephroid trace 1";
 
-/// Fixed part of a state.
+/// Header of a state.
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 struct Header {
@@ -18,9 +18,9 @@ struct Header {
     fingerprint: u64,
     batches: u64,
     audit: Audit,
-    /// Texels of the plane, of the pixels and of the volume.
+    /// Number of texels of the plane, of the pixels and of the volume.
     texels: [u64; 3],
-    /// Check sum of all that follows.
+    /// Checksum of all bytes after the header.
     sum: u64,
 }
 
@@ -30,9 +30,9 @@ fn check_sum(bytes: &[u8]) -> u64 {
 }
 
 impl Tracer {
-    /// Names everything that results depend on, apart from the number of photons; of meshes from files, their bounds.
+    /// Checksum of all inputs of the results, except the number of photons. Meshes from files are represented by their bounds.
     fn fingerprint(&self) -> u64 {
-        // What the sky, the tone map and the techniques are told changes no photon.
+        // Sky, tone map and settings of techniques do not affect photons.
         let Scene {
             image,
             camera,
@@ -50,7 +50,7 @@ impl Tracer {
             source: _,
         } = self.scene();
         let (options, bounds) = (&self.options, self.world.bounds);
-        // A run goes on as it began: water and smoke once took their random numbers in another way.
+        // States of earlier versions are refused in scenes with water or smoke, which then drew their random numbers in another way.
         let draws = if water.is_some() || smoke.is_some() { "draws 2 " } else { "" };
         let text = format!(
             "{draws}{image:?} {camera:?} {lights:?} {water:?} {medium:?} {smoke:?} {objects:?} {time_s:?} {trace:?} {} {} {} {:?} {bounds:?}",
@@ -59,7 +59,7 @@ impl Tracer {
         check_sum(text.as_bytes())
     }
 
-    /// All that the run has measured, to be taken up by [`Tracer::restore`].
+    /// All that the run has measured, for [`Tracer::restore`].
     #[must_use]
     pub fn state(&self) -> Vec<u8> {
         let parts = [&self.run.plane, &self.run.pixels, &self.run.volume];
@@ -80,7 +80,10 @@ impl Tracer {
         bytes
     }
 
-    /// Takes up a run where [`Tracer::state`] left it. The scene and all options must be the same.
+    /// Continues a run from the result of [`Tracer::state`]. The scene and all options must be the same.
+    ///
+    /// # Errors
+    /// If the state is damaged or belongs to another run.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), TraceError> {
         let (head, body) = bytes.split_at_checked(size_of::<Header>()).ok_or(TraceError::BadState("it is too short"))?;
         let header: Header = bytemuck::pod_read_unaligned(head);

@@ -1,23 +1,23 @@
-//! Means with their errors: what sensors add up.
+//! Means and standard errors of measurements.
 //!
-//! Photons of one batch are spread evenly and so are not independent; batches are. Each texel keeps the sum and the sum of squares of its
-//! batches' results, from which mean and standard error follow. All sums are in 64 bits and in a fixed order.
+//! Photons of one batch are spread evenly and therefore not independent; batches are independent. Each texel keeps the sum and the sum of squares of
+//! its batches' results, from which mean and standard error follow. All sums are in 64 bits and in a fixed order.
 
 use rayon::prelude::*;
 
-/// One photon's share of a texel.
+/// The contribution of one photon to a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Deposit {
     /// Index of the texel.
     pub texel: u32,
-    /// What is added to it, linear RGB.
+    /// The contribution, linear RGB.
     pub value: [f32; 3],
 }
 
-/// Texels that one thread adds up at a time: few enough that their sums stay in its cache.
+/// Texels that one thread sums at a time: few enough that their sums stay in the cache.
 pub(super) const STRIP: usize = 4096;
 
-/// A texel: its sum in the batch at hand, over all batches, and of squares over all batches; by channel.
+/// A texel by channel: sum in the current batch, sum over all batches, sum of squares over all batches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct Texel {
@@ -29,9 +29,9 @@ pub(super) struct Texel {
 /// A picture of sums.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Accumulator {
-    /// Size in texels.
+    /// Number of texels along a row.
     pub columns: u32,
-    /// Size in texels.
+    /// Number of rows.
     pub rows: u32,
     texels: Vec<Texel>,
     batches: u64,
@@ -41,12 +41,12 @@ pub(super) struct Accumulator {
 #[derive(Default)]
 pub(super) struct Sorted {
     deposits: Vec<Deposit>,
-    /// Where each strip's deposits end.
+    /// End of each strip's deposits.
     ends: Vec<u32>,
 }
 
 impl Sorted {
-    /// Sorts deposits by strip, keeping their order within one.
+    /// Sorts deposits by strip. Within a strip their order is kept.
     pub fn new(deposits: &[Deposit], texel_count: usize) -> Self {
         let strips = texel_count.div_ceil(STRIP);
         let mut ends = vec![0_u32; strips];
@@ -79,7 +79,7 @@ impl Sorted {
 }
 
 impl Accumulator {
-    /// Nothing yet.
+    /// A picture of zeros.
     pub fn new(columns: u32, rows: u32) -> Self {
         Self { columns, rows, texels: vec![Texel::default(); columns as usize * rows as usize], batches: 0 }
     }
@@ -89,7 +89,7 @@ impl Accumulator {
         self.texels.len()
     }
 
-    /// Adds deposits to the batch at hand, chunk by chunk; strips of texels go in parallel.
+    /// Adds deposits to the current batch, chunk by chunk. Strips of texels are processed in parallel.
     pub fn add(&mut self, chunks: &[&Sorted]) {
         self.texels.par_chunks_mut(STRIP).enumerate().for_each(|(strip, texels)| {
             for chunk in chunks {
@@ -103,7 +103,7 @@ impl Accumulator {
         });
     }
 
-    /// Adds one value per texel, computed in parallel, to the batch at hand.
+    /// Adds one value per texel, computed in parallel, to the current batch.
     pub fn add_each(&mut self, value: impl Fn(usize) -> [f64; 3] + Sync) {
         self.texels.par_iter_mut().enumerate().with_min_len(256).for_each(|(index, texel)| {
             for (sum, value) in texel.batch.iter_mut().zip(value(index)) {
@@ -112,7 +112,7 @@ impl Accumulator {
         });
     }
 
-    /// Ends a batch.
+    /// Ends the current batch.
     pub fn end_batch(&mut self) {
         self.batches += 1;
         self.texels.par_iter_mut().with_min_len(STRIP).for_each(|texel| {
@@ -125,7 +125,7 @@ impl Accumulator {
         });
     }
 
-    /// Mean and standard error of a texel, each times `scale`; an error of infinity after fewer than two batches.
+    /// Mean and standard error of a texel, multiplied by `scale`. The error is infinite before the second batch.
     fn measure(&self, index: usize, scale: f64) -> ([f64; 3], [f64; 3]) {
         let texel = &self.texels[index];
         let n = self.batches as f64;
@@ -140,14 +140,14 @@ impl Accumulator {
         (mean.map(|m| m * scale), error)
     }
 
-    /// All texels, each times its `scale`.
+    /// Means and standard errors of all texels, each multiplied by its `scale`.
     pub fn measured(&self, scale: impl Fn(usize) -> f64) -> Measured {
         let (mean, standard_error) = (0..self.len()).map(|index| self.measure(index, scale(index))).unzip();
         Measured { columns: self.columns, rows: self.rows, mean, standard_error, valid: None }
     }
 
-    /// Relative error of what a texel is: the root of the mean square of standard errors, over the mean of means, in the channel that
-    /// has most light; over the `count` texels that measure anything.
+    /// Relative noise: root mean square of the standard errors over the mean of the means, in the brightest channel, over the `count` texels that
+    /// measure anything.
     pub fn noise(&self, count: usize) -> f64 {
         let mut totals = [[0.0_f64; 2]; 3];
         for index in 0..self.len() {
@@ -167,7 +167,7 @@ impl Accumulator {
         (bytemuck::cast_slice(&self.texels), self.batches)
     }
 
-    /// Takes up sums that were kept; `None` if they are of another size.
+    /// Restores saved sums; `None` if they have another size.
     pub fn restore(&mut self, bytes: &[u8], batches: u64) -> Option<()> {
         let size = size_of::<Texel>();
         if bytes.len() != size * self.texels.len() {
@@ -192,7 +192,7 @@ pub struct Measured {
     pub mean: Vec<[f64; 3]>,
     /// Standard errors of the means; infinite before the second batch.
     pub standard_error: Vec<[f64; 3]>,
-    /// Where there is anything to measure; `None` for everywhere.
+    /// Whether each texel measures anything; `None` if all do.
     pub valid: Option<Vec<bool>>,
 }
 
@@ -214,7 +214,7 @@ impl Measured {
         self.standard_error[self.index(column, row)]
     }
 
-    /// Whether there is anything to measure at a texel. Panics outside of the rectangle.
+    /// Whether a texel measures anything. Panics outside of the rectangle.
     #[must_use]
     pub fn is_valid(&self, column: u32, row: u32) -> bool {
         let index = self.index(column, row);

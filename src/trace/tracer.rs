@@ -1,4 +1,4 @@
-//! A run of the ground truth: batches of photons, and what they have measured so far.
+//! A run of the ground truth: batches of photons, and their measurements so far.
 
 use fearless_simd::Level;
 use glam::Vec3;
@@ -24,31 +24,31 @@ use super::water::WaterSurface;
 use super::wave::{Scratch, travel};
 use super::world::{Surface, World};
 
-/// Photons that one thread sends at a time.
+/// Photons of a chunk; a thread traces one chunk at a time.
 const CHUNK: u32 = 4096;
 
-/// Chunks whose results are held before they are added up: memory does not grow with the number of photons.
+/// Chunks whose results are held before they are summed; memory does not grow with the number of photons.
 const ROUND: u32 = 64;
 
-/// Least and most photons of a batch.
+/// Least and greatest number of photons of a batch.
 const BATCH: (u64, u64) = (1 << 16, 1 << 24);
 
-/// Photons of a batch where scattered light is wanted: its beams are all held at once.
+/// Photons of a batch if scattered light is measured, because all beams of a batch are held at once.
 const BEAM_BATCH: u64 = 1 << 16;
 
-/// Width of beams as a share of the size of what they light.
+/// Width of beams as a share of the size of the lit region.
 const BEAM_WIDTH: f32 = 1.0 / 300.0;
 
-/// What to measure, and how.
+/// Options of a run: what is measured, and how.
 #[derive(Clone, Debug)]
 pub struct TraceOptions {
     /// Seed of all random numbers. Default: 0
     pub seed: u32,
-    /// Whether to measure irradiance at what each pixel of the camera shows. Default: false
+    /// Whether to measure irradiance at the points that the camera's pixels show. Default: false
     pub camera: bool,
     /// Whether to measure light that media scatter towards the camera. Default: false
     pub volume: bool,
-    /// Points to measure irradiance at in place of those that the camera shows. Default: none
+    /// Points at which to measure irradiance, instead of those that the camera shows. Default: none
     pub points: Option<Points>,
     /// SIMD level; it changes no result. Default: the machine's best
     pub level: Level,
@@ -60,7 +60,7 @@ impl Default for TraceOptions {
     }
 }
 
-/// Traces photons through a scene and measures where they land. The bits of a result depend on scene, options and number of photons alone.
+/// Traces photons through a scene and measures where they land. The bits of a result depend on scene, options and number of photons only.
 pub struct Tracer {
     scene: Scene,
     pub(super) options: TraceOptions,
@@ -71,7 +71,7 @@ pub struct Tracer {
     wavelengths: Wavelengths,
     plane: Option<Plane>,
     cells: Option<Cells>,
-    /// View rays of the camera's pixels, in parts.
+    /// View rays of the camera's pixels, as stretches.
     views: Vec<Vec<Stretch>>,
     beam_width: f32,
     reach: f32,
@@ -79,7 +79,7 @@ pub struct Tracer {
     pub(super) run: Run,
 }
 
-/// What a run has measured: all that is kept when it is interrupted.
+/// Measurements of a run: all that is saved when the run is interrupted.
 pub(super) struct Run {
     pub plane: Option<Accumulator>,
     pub pixels: Option<Accumulator>,
@@ -89,7 +89,10 @@ pub(super) struct Run {
 }
 
 impl Tracer {
-    /// Loads meshes, finds out where photons must go, and lays the picture over what it shows.
+    /// Prepares a run: loads meshes, marks the directions in which lights emit, and computes the footprints of pixels.
+    ///
+    /// # Errors
+    /// If a mesh cannot be made or loaded, or the scene cannot be traced, see [`TraceError`].
     pub fn new(scene: &Scene, options: &TraceOptions) -> Result<Self, TraceError> {
         let water = WaterSurface::new(scene);
         let world = World::new(scene, water.as_ref().map(|water| water.level - water.rise), options.level)?;
@@ -146,7 +149,7 @@ impl Tracer {
         })
     }
 
-    /// The scene that is traced.
+    /// The traced scene.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -158,32 +161,32 @@ impl Tracer {
         self.options.seed
     }
 
-    /// Photons of one batch. In scenes with dispersion each is sent once per colour.
+    /// Number of photons of a batch. In scenes with dispersion each photon is traced once per colour.
     #[must_use]
     pub fn batch_photons(&self) -> u64 {
         self.batch_photons
     }
 
-    /// Batches done.
+    /// Number of batches traced.
     #[must_use]
     pub fn batches(&self) -> u64 {
         self.run.batches
     }
 
-    /// Photons done, one per colour in scenes with dispersion counted once.
+    /// Number of photons traced. In scenes with dispersion, the photons of the three colours count as one.
     #[must_use]
     pub fn photons(&self) -> u64 {
         self.run.batches * self.batch_photons
     }
 
-    /// Sends at least this many more photons, in whole batches.
+    /// Traces at least this many more photons, in whole batches.
     pub fn run(&mut self, photons: u64) {
         for _ in 0..photons.div_ceil(self.batch_photons) {
             self.run_batch();
         }
     }
 
-    /// Sends one batch of photons.
+    /// Traces one batch of photons.
     pub fn run_batch(&mut self) {
         let parts = self.wavelengths.parts();
         for (part, channels) in parts.iter().enumerate() {
@@ -195,7 +198,7 @@ impl Tracer {
         self.run.batches += 1;
     }
 
-    /// Sends the photons of one wavelength, or of all.
+    /// Traces the photons of one wavelength, or of all.
     fn run_part(&mut self, part: u32, channels: Vec3) {
         let batch = (self.run.batches as u32).wrapping_mul(4) + part;
         let colour = self.wavelengths.colour(part);
@@ -265,14 +268,14 @@ impl Tracer {
         }
     }
 
-    /// What the scene's measuring plane has measured, W/m²; `None` if the scene has no such plane.
+    /// Irradiance on the scene's measuring plane, W/m²; `None` if the scene has no such plane.
     #[must_use]
     pub fn plane(&self) -> Option<Measured> {
         let area = self.scene.trace.plane.as_ref()?.texel_area_m2();
         Some(self.run.plane.as_ref()?.measured(|_| 1.0 / area))
     }
 
-    /// Irradiance at what each pixel shows, W/m²; `None` if it was not asked for.
+    /// Irradiance at the points that pixels show, W/m²; `None` if it is not measured.
     #[must_use]
     pub fn pixels(&self) -> Option<Measured> {
         let mut measured = self.run.pixels.as_ref()?.measured(|_| 1.0);
@@ -280,44 +283,44 @@ impl Tracer {
         Some(measured)
     }
 
-    /// Area of what each pixel shows, m²; 0 where that is no surface on which light can land.
+    /// Area of each pixel's footprint, m²; 0 for pixels that show no diffuse surface.
     #[must_use]
     pub fn pixel_areas(&self) -> Option<&[f64]> {
         self.cells.as_ref().map(|cells| cells.areas.as_slice())
     }
 
-    /// World-space point in the middle of each pixel, and the normal of its triangle towards the eye.
+    /// World-space point in the middle of each pixel, and the triangle's normal on the side of the eye.
     #[must_use]
     pub fn pixel_points(&self) -> Option<Vec<Option<(Vec3, Vec3)>>> {
         let seen = &self.cells.as_ref()?.seen;
         Some(seen.iter().map(|seen| seen.map(|seen| (seen.position, seen.normal))).collect())
     }
 
-    /// Radiance scattered towards the camera, W/(m² sr); `None` if it was not asked for.
+    /// Radiance scattered towards the camera, W/(m² sr); `None` if it is not measured.
     #[must_use]
     pub fn volume(&self) -> Option<Measured> {
         Some(self.run.volume.as_ref()?.measured(|_| 1.0))
     }
 
-    /// Where the light of all batches went.
+    /// Energy audit of all batches.
     #[must_use]
     pub fn audit(&self) -> Audit {
         self.run.audit
     }
 
-    /// Bodies of glass whose triangles faced in and were turned over.
+    /// Number of bodies of glass whose triangles faced inwards and were reversed.
     #[must_use]
     pub fn turned_bodies(&self) -> u64 {
         self.world.turned
     }
 
-    /// What the lights send towards anything specular, W summed over RGB: the audit's `emitted` per batch, from areas alone.
+    /// Flux that the lights emit towards specular surfaces, W summed over RGB: the audit's `emitted` per batch, computed from areas.
     #[must_use]
     pub fn emitted_w(&self) -> f64 {
         self.emitter.total_w()
     }
 
-    /// The largest relative error of what is measured: root mean square of standard errors over mean value.
+    /// The largest relative noise of the measurements: root mean square of standard errors over mean value.
     #[must_use]
     pub fn noise(&self) -> f64 {
         let shown = self.cells.as_ref().map_or(0, |cells| cells.valid.iter().filter(|valid| **valid).count());
@@ -327,7 +330,7 @@ impl Tracer {
     }
 }
 
-/// Points without those on mirrors and glass, where no light lands, and those on nothing at all.
+/// The points without those on mirrors and glass, where no light lands, and without those that lie on no surface.
 fn on_diffuse_surfaces(points: &Points, world: &World) -> Points {
     const REACH: f32 = 1.0e-3;
     let mut points = points.clone();
@@ -344,8 +347,11 @@ fn on_diffuse_surfaces(points: &Points, world: &World) -> Points {
     points
 }
 
-/// What the middle of each pixel of the scene's camera shows, seen through the surface of the water, in world space, m;
-/// no photons are needed for it.
+/// The point that the middle of each pixel of the scene's camera shows through the water surface, in world space, m; `None` for pixels that show no
+/// surface. No photons are traced.
+///
+/// # Errors
+/// If a mesh cannot be made or loaded, or the scene cannot be traced.
 pub fn camera_points(scene: &Scene) -> Result<Vec<Option<Vec3>>, TraceError> {
     let water = WaterSurface::new(scene);
     let world = World::new(scene, None, Level::new())?;
@@ -355,7 +361,7 @@ pub fn camera_points(scene: &Scene) -> Result<Vec<Option<Vec3>>, TraceError> {
     Ok((0..columns * rows).into_par_iter().with_min_len(256).map(look).collect())
 }
 
-/// View rays through the middle of every pixel.
+/// View rays through the middles of all pixels.
 fn views(eye: &Eye<'_>, columns: u32, rows: u32) -> Vec<Vec<Stretch>> {
     (0..columns * rows)
         .into_par_iter()

@@ -1,8 +1,8 @@
-//! Photons on their way, a wave of [`WAVE`] at a time.
+//! Traces photons in waves of [`WAVE`].
 //!
-//! Each step first finds, for the whole wave and sixteen at a time, where photons meet the water and what it would do to them, then which
-//! triangle is nearer; then each photon takes its step. What is left of the wave moves up and goes on. Photons with neighbouring numbers start near
-//! each other, so that those that go together mostly meet the same things.
+//! Each step first intersects the whole wave with the water, sixteen photons at a time, and computes the interaction with the water; then it searches
+//! for nearer triangles; then each photon takes its step. Photons that continue are compacted for the next step. Photons with neighbouring numbers
+//! start near each other, so those in neighbouring lanes mostly meet the same surfaces.
 
 use fearless_simd::{Simd, f32x16};
 use fearless_simd_macros::simd;
@@ -21,32 +21,32 @@ use super::photon::{Ahead, Arrivals, One, Photon, Travel, Wetting};
 use super::tree::{Hits, NONE, Packet};
 use super::water::{Heights, OverHeights, Rays, WaterSurface, crossings};
 
-/// Photons that step together.
+/// Number of photons that step together.
 const WAVE: usize = 512;
 
-/// Numbers of all photons of a wave, one array per coordinate.
+/// Values of all photons of a wave, one array per coordinate.
 struct Lanewise {
     origin: [[f32; WAVE]; 3],
     direction: [[f32; WAVE]; 3],
-    /// 1 above the water, −1 below, 0 inside glass.
+    /// Side of the water surface: 1 above, −1 below, 0 inside glass.
     side: [f32; WAVE],
-    /// [`Ahead::choice`]: drawn when a photon sets out, before it is known what it will meet, so that water and glass cannot differ in how.
+    /// [`Ahead::choice`], drawn before the next surface is known, so that it is drawn alike for water and glass.
     choice: [f32; WAVE],
     /// [`Photon::skip`].
     skip: [u32; WAVE],
-    /// Distance to what is ahead: the water, then whatever is nearer.
+    /// Distance to the next surface: first the water's, then that of a nearer triangle.
     t: [f32; WAVE],
-    /// The triangle that is, if it is one.
+    /// Number of the triangle if a triangle is the next surface.
     triangle: [u32; WAVE],
-    /// Normal of the water there, towards the photon.
+    /// Normal of the water at the intersection, on the side of the photon.
     normal: [[f32; WAVE]; 3],
-    /// Direction after the water.
+    /// Direction after the interaction with the water.
     onward: [[f32; WAVE]; 3],
     /// 1 for photons that the water reflects.
     reflected: [f32; WAVE],
 }
 
-/// Room for a wave; kept from wave to wave.
+/// Scratch buffers for a wave; kept from wave to wave.
 pub(super) struct Scratch {
     lanes: Box<Lanewise>,
     photons: Vec<Photon>,
@@ -54,7 +54,7 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// Room for a wave.
+    /// Allocates the buffers.
     pub fn new() -> Self {
         let lanes = Lanewise {
             origin: [[0.0; WAVE]; 3],
@@ -72,7 +72,7 @@ impl Scratch {
     }
 }
 
-/// Sends photons `first..first + number` of the batch on their way.
+/// Traces the photons `first..first + number` of the batch.
 pub(super) fn travel(travel: &Travel<'_>, first: u32, number: u32, scratch: &mut Scratch) -> Arrivals {
     let mut arrivals = Arrivals::default();
     let mut sent = 0;
@@ -88,7 +88,7 @@ pub(super) fn travel(travel: &Travel<'_>, first: u32, number: u32, scratch: &mut
     arrivals
 }
 
-/// Puts photons into the lanes.
+/// Loads photons into the lanes.
 fn begin(travel: &Travel<'_>, scratch: &mut Scratch, audit: &mut Audit) {
     let Scratch { lanes, photons, starts } = scratch;
     photons.clear();
@@ -96,7 +96,7 @@ fn begin(travel: &Travel<'_>, scratch: &mut Scratch, audit: &mut Audit) {
         let flux = start.flux * travel.channels;
         audit.emitted += sum(flux);
         audit.photons += 1;
-        // Parallel light comes from outside.
+        // Parallel light starts outside of the water.
         let wet = travel.water.is_some_and(|water| water.holds(start.origin));
         let mut photon = Photon::new(start.draws, flux, wet);
         lanes.put(lane, &mut photon, start.origin, start.direction);
@@ -105,7 +105,7 @@ fn begin(travel: &Travel<'_>, scratch: &mut Scratch, audit: &mut Audit) {
 }
 
 impl Lanewise {
-    /// Sets a photon on its way to the next surface.
+    /// Prepares a photon for its next step.
     #[inline(always)]
     fn put(&mut self, lane: usize, photon: &mut Photon, origin: Vec3, direction: Vec3) {
         for axis in 0..3 {
@@ -126,7 +126,7 @@ fn vector(lanes: &[[f32; WAVE]; 3], lane: usize) -> Vec3 {
     Vec3::new(lanes[0][lane], lanes[1][lane], lanes[2][lane])
 }
 
-/// One surface for every photon of the wave.
+/// Moves every photon of the wave to its next surface.
 fn step(travel: &Travel<'_>, scratch: &mut Scratch, arrivals: &mut Arrivals) {
     let Scratch { lanes, photons, .. } = scratch;
     let count = photons.len();
@@ -153,7 +153,7 @@ fn step(travel: &Travel<'_>, scratch: &mut Scratch, arrivals: &mut Arrivals) {
     photons.truncate(kept);
 }
 
-/// Looks for triangles nearer than the water, for `count` photons from `first` on.
+/// Searches for triangles nearer than the water, for `count` photons from `first` on.
 fn find_triangles(travel: &Travel<'_>, lanes: &mut Lanewise, first: usize, count: usize) {
     let (t, side) = (part(&lanes.t, first), part(&lanes.side, first));
     let active = 0xffff_u32 >> (16 - count);
@@ -172,13 +172,13 @@ fn find_triangles(travel: &Travel<'_>, lanes: &mut Lanewise, first: usize, count
     lanes.triangle[first..first + 16].copy_from_slice(&hits.triangles);
 }
 
-/// Sixteen neighbours of a wave.
+/// Sixteen neighbouring elements of an array.
 #[inline(always)]
 fn part<T>(numbers: &[T; WAVE], first: usize) -> &[T; 16] {
     numbers[first..].first_chunk().unwrap_or_else(|| unreachable!("a wave is a whole number of sixteens"))
 }
 
-/// Meets the first `count` photons of a wave with the water and says what it would do to them.
+/// Intersects the first `count` photons of a wave with the water and computes their interactions with it.
 struct StepWater<'a> {
     travel: &'a Travel<'a>,
     water: &'a WaterSurface,
@@ -236,7 +236,7 @@ fn water_lanes<L: Lanes, H: Heights>(
         return;
     }
     let ior = travel.water_ior;
-    // Against the photon. A smooth normal of a mesh may lean away from grazing light; then light grazes.
+    // The normal is on the side of the photon. A smooth normal of a mesh may lean away from grazing light; the light then counts as grazing.
     let up = side.gt(side.like(0.0));
     let normal = V3::select(up, crossing.normal, -crossing.normal);
     let cos = -direction.dot(normal);

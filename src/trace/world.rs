@@ -1,4 +1,4 @@
-//! The objects of a scene as rays meet them: triangles in world space, and a bounding-volume hierarchy over them.
+//! The objects of a scene for rays: triangles in world space, with a bounding-volume hierarchy.
 
 use fearless_simd::Level;
 use glam::Vec3;
@@ -9,19 +9,19 @@ use nephroid_scene::{Camera, Light, Material, Scene};
 use super::error::TraceError;
 use super::tree::{Hit, Hits, NONE, Packet, Tree};
 
-/// Most triangles: the hierarchy names them by 32 bits, and keeps some for itself.
+/// Most triangles: the hierarchy numbers them with 32 bits and reserves some of the numbers.
 const MAX_TRIANGLES: usize = 1 << 27;
 
-/// Boxes of triangles are enlarged by this share of the size of the scene: rounding moves a ray against a triangle by less, so that no
-/// triangle that a ray meets is culled with its box.
+/// Enlargement of triangles' boxes, as a share of the size of the scene. It exceeds the rounding error between a ray and a triangle, so a triangle
+/// that a ray meets is never culled with its box.
 const BOX_SLACK: f32 = 2.0e-6;
 
-/// What a surface does to a photon.
+/// Interaction of a surface with photons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Surface {
-    /// Takes it in: light that lands.
+    /// Absorbs the photon: the light has landed.
     Diffuse,
-    /// Sends on this share of it.
+    /// Reflects this share of the flux.
     Mirror(Vec3),
     /// Glass: refractive index and Abbe number of the inside, absorption in 1/m.
     Glass { ior: f32, abbe: Option<f32>, absorption: Vec3 },
@@ -33,9 +33,9 @@ struct Triangle {
     a: Vec3,
     b: Vec3,
     c: Vec3,
-    /// Number of its object.
+    /// Number of the triangle's object.
     object: u32,
-    /// Index of its first vertex normal, or [`NONE`] for one that needs no normals.
+    /// Index of the triangle's first vertex normal; [`NONE`] for a triangle that needs no normals.
     normals: u32,
 }
 
@@ -43,15 +43,15 @@ struct Triangle {
 pub(super) struct World {
     triangles: Vec<Triangle>,
     normals: Vec<Vec3>,
-    /// All triangles.
+    /// Tree of all triangles.
     all: Option<Tree>,
-    /// Those that reach above the water: all that light on its way down to the water can meet.
+    /// Tree of the triangles that reach above the water: only these can be met by light on its way down to the water.
     dry: Option<Tree>,
-    /// By object.
+    /// Surface of each object.
     pub surfaces: Vec<Surface>,
-    /// Bounds of everything.
+    /// Bounds of all objects.
     pub bounds: Aabb,
-    /// Bodies of glass whose triangles faced in and were turned over.
+    /// Number of bodies of glass whose triangles faced inwards and were reversed.
     pub turned: u64,
     closed: Vec<bool>,
     names: Vec<String>,
@@ -59,7 +59,10 @@ pub(super) struct World {
 }
 
 impl World {
-    /// Builds or loads every object's mesh. Water reaches down to `lowest_water` at least, world y.
+    /// Makes or loads every object's mesh. `lowest_water`: lower bound on the world y of the water surface.
+    ///
+    /// # Errors
+    /// If a mesh cannot be made or loaded, glass is not closed, or there are too many triangles.
     pub fn new(scene: &Scene, lowest_water: Option<f32>, level: Level) -> Result<Self, TraceError> {
         let mut world = Self {
             triangles: Vec::new(),
@@ -125,7 +128,7 @@ impl World {
         Ok(())
     }
 
-    /// Builds the trees.
+    /// Builds both trees.
     fn build(&mut self, lowest_water: Option<f32>) {
         let slack = self.bounds.size().length() * BOX_SLACK;
         let numbered = self.triangles.iter().zip(0..).map(|(t, number)| ([t.a, t.b, t.c], number));
@@ -137,14 +140,14 @@ impl World {
         }
     }
 
-    /// The nearest triangle along a ray, up to `limit` metres; the one numbered `skip` is passed over.
+    /// The nearest triangle along a ray, up to `limit` metres. The triangle numbered `skip` is ignored.
     #[inline]
     pub fn nearest(&self, origin: Vec3, direction: Vec3, limit: f32, skip: u32) -> Option<Hit> {
         self.all.as_ref()?.nearest(self.level, origin, direction, limit, skip)
     }
 
-    /// [`World::nearest`] for sixteen rays at once. Those that `above` names come down through air and end on the water: they meet the same, found
-    /// among fewer triangles.
+    /// [`World::nearest`] for sixteen rays at once. Rays in `above` come down through air and end at the water; for them, the smaller tree gives the
+    /// same result.
     pub fn nearest_of_packet(&self, packet: &Packet<'_>, active: u32, above: u32, hits: &mut Hits) {
         for (tree, rays) in [(&self.all, active & !above), (&self.dry, active & above)] {
             if let Some(tree) = tree
@@ -155,12 +158,12 @@ impl World {
         }
     }
 
-    /// Number of the object that a triangle belongs to.
+    /// Number of a triangle's object.
     pub fn object(&self, triangle: u32) -> u32 {
         self.triangles[triangle as usize].object
     }
 
-    /// A triangle as light meets it.
+    /// A triangle with its surface and normals.
     #[inline]
     pub fn facet(&self, triangle: u32) -> Facet<'_> {
         let triangle = &self.triangles[triangle as usize];
@@ -168,15 +171,15 @@ impl World {
         Facet { triangle, normals, across: (triangle.b - triangle.a).cross(triangle.c - triangle.a) }
     }
 
-    /// World-space corners of every triangle that bends or reflects light.
+    /// World-space corners of every triangle that refracts or reflects light.
     pub fn specular_triangles(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
         let specular = |t: &&Triangle| self.surfaces[t.object as usize] != Surface::Diffuse;
         self.triangles.iter().filter(specular).map(|t| [t.a, t.b, t.c])
     }
 
-    /// The closed object that a point is in, if any: the one whose outermost surface a ray from the point leaves first.
+    /// The closed object that contains a point, if any: a ray from the point leaves its surface first.
     fn around(&self, p: Vec3) -> Option<u32> {
-        // A direction that no shipped mesh is aligned with.
+        // A direction along which no shipped mesh is aligned.
         let direction = Vec3::new(0.299_7, 0.903_6, 0.306_2).normalize();
         let mut depth = vec![0_i32; self.surfaces.len()];
         let (mut origin, mut skip) = (p, NONE);
@@ -210,29 +213,29 @@ impl World {
 pub(super) struct Facet<'a> {
     triangle: &'a Triangle,
     normals: Option<&'a [Vec3]>,
-    /// Out of the surface, as long as twice the area.
+    /// Normal out of the surface, with the length of twice the area.
     across: Vec3,
 }
 
 impl Facet<'_> {
-    /// A point on a ray, moved along it into the triangle's plane: far from the ray's origin, rounding leaves it beside.
+    /// Moves a point on a ray along the ray into the triangle's plane: far from the ray's origin, rounding leaves the point beside the plane.
     #[inline]
     pub fn onto(&self, p: Vec3, direction: Vec3) -> Vec3 {
         let step = (self.triangle.a - p).dot(self.across) / self.across.dot(direction);
         if step.abs() < 1.0e-4 { p + direction * step } else { p }
     }
 
-    /// Unit normal of the plane, out of the surface; zero for a triangle without area.
+    /// Unit normal of the plane, out of the surface; zero for a degenerate triangle.
     #[inline]
     pub fn normal(&self) -> Vec3 {
         self.across.normalize_or_zero()
     }
 
-    /// Unit normal interpolated at a point of the triangle; that of its plane where it has none.
+    /// Interpolated unit normal at a point of the triangle; the plane's normal if the triangle has no vertex normals.
     #[inline]
     pub fn smooth_normal(&self, p: Vec3) -> Vec3 {
         let Some(&[na, nb, nc]) = self.normals else { return self.normal() };
-        // Weights are areas of the parts that the point cuts the triangle into.
+        // The weights are areas of the parts into which the point divides the triangle.
         let &Triangle { a, b, c, .. } = self.triangle;
         let to_c = c - p;
         let wa = (b - p).cross(to_c).dot(self.across);

@@ -5,10 +5,10 @@ use rayon::prelude::*;
 
 use super::{Beam, LightBeams, SurfaceEnergy};
 
-/// Where the light of all beams goes, by name, in watts summed over RGB.
+/// Energy of all beams by name, in watts summed over RGB.
 ///
 /// With `water` for the generators, `water_incident = surface_reflected + surface_grazing + water_entered`. At the height of the beams' bottom cap,
-/// for beams that nothing blocks, `beams_carry = absorbed_above_bottom + reached_bottom`; in physical radiometry `beams_carry = water_entered`.
+/// for unblocked beams, `beams_carry = absorbed_above_bottom + reached_bottom`. In physical radiometry `beams_carry = water_entered`.
 #[must_use]
 pub fn audit(generators: &str, beams: &[LightBeams], sigma_t: Vec3, bottom_y: f32) -> Vec<(String, f64)> {
     let mut energy = SurfaceEnergy::default();
@@ -20,7 +20,7 @@ pub fn audit(generators: &str, beams: &[LightBeams], sigma_t: Vec3, bottom_y: f3
             let length = [0, 1, 2].map(|i: usize| beam.depth(i, bottom_y) * beam.d[i].y).iter().sum::<f32>() / 3.0;
             sigma_t.to_array().map(|sigma| libm::exp(f64::from(-sigma * length.max(0.0))))
         };
-        // Exponentials in parallel, sums in the order of the beams: the same bits for any number of threads.
+        // Exponentials are computed in parallel and summed in the order of the beams: the same bits for any number of threads.
         let shares: Vec<[f64; 3]> = light.beams.par_iter().with_min_len(1024).map(left).collect();
         for (beam, left) in light.beams.iter().zip(shares) {
             for (flux, left) in beam.flux.to_array().into_iter().zip(left) {

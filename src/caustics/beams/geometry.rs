@@ -1,7 +1,7 @@
 //! Geometry of a beam: its cross-sections on level planes, their areas, and the ray through a point of a section.
 //!
 //! Vertex i of the cross-section at height y is at `g_i.xz + (g_i.y − y)·d_i.xz`: the intersection of its refracted ray with the level plane
-//! [SF05 §3.3]. `geometry.wgsl` is the twin for shaders. A cross-section whose triangle is turned over has passed a focus.
+//! [SF05 §3.3]. `geometry.wgsl` is the WGSL twin. Behind a focus, the triangle of a cross-section has the opposite orientation.
 
 use std::ops::{Add, Mul};
 
@@ -12,11 +12,11 @@ use nephroid_math::vector::{V2, V3, v2, v3};
 
 use super::Beam;
 
-/// Smallest cross-section that light is spread over, as a share of the generator: keeps a focus finite.
+/// Least area that light is spread over, as a share of the generator's area. Irradiance stays finite at a focus.
 pub const SMALLEST_SECTION: f32 = 1.0e-7;
 
-/// Point `depth` metres below the start of a ray, x and z: `g + depth·d`. The ray is given by x and z of its start and of its step per metre of
-/// depth, the same for all lanes (`f32`) or one per lane.
+/// Point `depth` metres below the start of a ray, x and z: `g + depth·d`. `g` is the start of the ray, `d` its step per metre of depth, each by x and
+/// z; both are the same for all lanes (`f32`) or given per lane.
 #[inline(always)]
 pub fn on_ray<L, X>(g_xz: [X; 2], d_xz: [X; 2], depth: L) -> V2<L>
 where
@@ -26,7 +26,7 @@ where
     v2(depth * dx + gx, depth * dz + gz)
 }
 
-/// [`on_ray`] for a ray of a [`Beam`], all four coordinates in one register: x and z are the point, y and w have no meaning.
+/// [`on_ray`] for a ray of a [`Beam`], with all four coordinates in one register. x and z are the point; y and w are undefined.
 #[inline(always)]
 #[must_use]
 pub fn on_ray_xz(g: Vec4, d: Vec4, depth: f32) -> Vec4 {
@@ -40,7 +40,7 @@ pub fn double_area<L: Lanes>(triangle: &[V2<L>; 3]) -> L {
 }
 
 impl Beam {
-    /// Along which diagonals the walls are cut: bit i is set if the diagonal of the wall below edge i → i+1 starts at the edge's start.
+    /// Diagonals along which the walls are cut: bit i is set if the diagonal of the wall below edge i → i+1 starts at the edge's start.
     #[must_use]
     pub fn cuts(&self) -> usize {
         (0..3).filter(|&i| self.g[i].w > 0.0).fold(0, |cuts, i| cuts | 1 << i)
@@ -78,13 +78,13 @@ impl Beam {
         Vec3::new(at.x, y, at.y)
     }
 
-    /// Area that the beam's flux is spread over where its cross-section has this area, m²: never nothing.
+    /// Area that the beam's flux is spread over where its cross-section has area `area`, m²; at least [`SMALLEST_SECTION`] of the generator's.
     #[inline(always)]
     pub fn lit_area<L: Lanes>(&self, area: L) -> L {
         Lanes::max(area, area.like(SMALLEST_SECTION * self.flux.w))
     }
 
-    /// Ray per metre of depth through the point of a section with these barycentric weights.
+    /// Step per metre of depth of the ray through the point with these barycentric weights.
     #[inline(always)]
     pub fn ray<L: Lanes>(&self, weights: [L; 3]) -> V3<L> {
         let [a, b, c] = weights;
@@ -92,7 +92,7 @@ impl Beam {
         v3(a * d[0].x + b * d[1].x + c * d[2].x, a.like(-1.0), a * d[0].z + b * d[1].z + c * d[2].z)
     }
 
-    /// Length of that ray from the generator down to height `y`, m.
+    /// Length of the ray with these weights, from the generator down to height `y`, m.
     #[inline(always)]
     pub fn path_length<L: Lanes>(&self, weights: [L; 3], y: L) -> L {
         let [a, b, c] = weights;
@@ -100,7 +100,7 @@ impl Beam {
     }
 }
 
-/// Whether the edge p → q starts at the end that both of its beams agree on: both must evaluate an edge from the same end.
+/// Whether the edge p → q starts at the end from which both of its beams evaluate it.
 #[must_use]
 pub fn comes_first(p: Vec3, q: Vec3) -> bool {
     (p.x, p.z, p.y) < (q.x, q.z, q.y)

@@ -1,6 +1,6 @@
 //! Generators and their refracted rays: one beam per triangle of the water mesh and light [SF05 §3.2, BO §3.2].
 //!
-//! `refract` makes beams, `geometry` (with its twin in WGSL) says where they are, `audit` adds up what they carry.
+//! `refract` makes beams, `geometry` (with its WGSL twin) computes their cross-sections, `audit` sums their energy.
 
 mod audit;
 pub mod geometry;
@@ -13,10 +13,10 @@ pub use audit::audit;
 pub use geometry::comes_first;
 pub use refract::light_beams;
 
-/// Stands in [`LightBeams::of_triangle`] for a triangle without a beam.
+/// Value of [`LightBeams::of_triangle`] for a triangle without a beam.
 pub const NONE: u32 = u32::MAX;
 
-/// How the flux of a beam follows from the light at its generator. E⊥ is the irradiance across the light, T the transmittance of the surface,
+/// Flux of a beam from the light at its generator. E⊥ is the irradiance on a surface perpendicular to the light, T the transmittance of the surface,
 /// ω the light's direction, n and A normal and area of the triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FluxModel {
@@ -28,7 +28,7 @@ pub enum FluxModel {
     OwnTransmittance,
 }
 
-/// A beam, or caustic volume: the light that goes through one triangle of the water mesh.
+/// A beam, or caustic volume: the light that passes through one triangle of the water mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Beam {
@@ -41,10 +41,10 @@ pub struct Beam {
     pub flux: Vec4,
 }
 
-/// What became of a light's energy at the surface, in watts summed over RGB.
+/// A light's energy at the surface, in watts summed over RGB.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceEnergy {
-    /// Arrived at the water.
+    /// Arrived at the generators.
     pub incident: f64,
     /// Reflected by Fresnel's law.
     pub reflected: f64,
@@ -75,6 +75,6 @@ pub struct LightBeams {
     pub vertex_rays: Vec<[Vec4; 2]>,
     /// Energy at the surface.
     pub energy: SurfaceEnergy,
-    /// Triangles without a beam.
+    /// Number of triangles without a beam.
     pub dark: u64,
 }

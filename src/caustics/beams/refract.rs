@@ -14,18 +14,18 @@ use super::{Beam, FluxModel, LightBeams, NONE, SurfaceEnergy, comes_first};
 #[derive(Clone, Copy)]
 struct Refracted {
     position: Vec3,
-    /// Ray per metre of depth, and its length; `None` if it does not go down.
+    /// Refracted ray per metre of depth, and its length; `None` if it does not go down.
     ray: Option<(Vec3, f32)>,
     light_direction: Vec3,
     irradiance: Vec3,
     transmittance: f32,
 }
 
-/// Refracts a light at every vertex and makes a beam of every triangle, in parallel. Results are in mesh order.
+/// Refracts a light at every vertex and makes a beam of every lit triangle, in parallel. Results are in mesh order.
 #[must_use]
 pub fn light_beams(field: &HeightField, light: &Light, ior: f32, flux_model: FluxModel) -> LightBeams {
     let columns = field.columns;
-    // Directional light is the same everywhere, and computing it takes longer than refracting it.
+    // Directional light is the same everywhere. Computing it takes longer than refracting it, so it is computed once.
     let parallel = matches!(light, Light::Directional { .. }).then(|| light.incident(Vec3::ZERO));
     let vertices: Vec<Refracted> = (0..field.heights_ws.len() as u32)
         .into_par_iter()
@@ -42,7 +42,7 @@ pub fn light_beams(field: &HeightField, light: &Light, ior: f32, flux_model: Flu
         .with_min_len(1024)
         .map(|t| {
             let (made, energy) = beam([0, 1, 2].map(|k| vertices[t[k] as usize]), flux_model, flat);
-            // Without an area there is no beam.
+            // A triangle without area has no beam.
             (made.unwrap_or_default(), energy)
         })
         .unzip();
@@ -81,7 +81,7 @@ fn refract_vertex(position: Vec3, normal: Vec3, incident: &Incident, ior: f32) -
     Refracted { position, ray, light_direction: direction, irradiance: incident.irradiance, transmittance }
 }
 
-/// Transmittance of the level surface at the middle of the water.
+/// Transmittance of the level surface at the centre of the water.
 fn flat_transmittance(field: &HeightField, light: &Light, ior: f32) -> f32 {
     let middle = (field.position_ws(0, 0) + field.position_ws(field.columns - 1, field.rows - 1)) * 0.5;
     let cos = -light.incident(middle).direction_ws.y;
@@ -90,7 +90,7 @@ fn flat_transmittance(field: &HeightField, light: &Light, ior: f32) -> f32 {
 
 fn beam(v: [Refracted; 3], flux_model: FluxModel, flat_transmittance: f32) -> (Option<Beam>, SurfaceEnergy) {
     let [a, b, c] = v.map(|v| v.position);
-    // Twice the area, along the normal that points up.
+    // Twice the area times the upward normal.
     let cross = (b - a).cross(c - a);
     let cross = if cross.y < 0.0 { -cross } else { cross };
     let area = 0.5 * cross.length();

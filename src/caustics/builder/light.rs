@@ -1,4 +1,4 @@
-//! The loop over lights: what each light reaches directly, and its shadow maps.
+//! The loop over lights: direct light and shadow maps of each light.
 
 use std::sync::Arc;
 
@@ -21,18 +21,18 @@ use super::state::{clear, clear_or_keep, depth_state, target};
 
 /// A light of the frame.
 pub struct FrameLight {
-    /// Its number among the scene's lights.
+    /// The light's number in the scene.
     pub number: usize,
-    /// The light and its maps, for shaders.
+    /// The light and its shadow maps, as a uniform.
     pub uniform: LightUniform,
-    /// Uniform buffer with them.
+    /// Buffer with the uniform.
     pub buffer: BufferId,
     /// Shadow map through air; one texel of depth 1 if [`super::ViewOptions::surface_shadows`] is off.
     pub air_map: TextureId,
 }
 
 impl FrameLight {
-    /// Whether sums over lights start with this one.
+    /// Whether this is the first light, so that its passes clear the sums over lights.
     #[must_use]
     pub fn is_first(&self) -> bool {
         self.number == 0
@@ -40,8 +40,8 @@ impl FrameLight {
 }
 
 impl FrameBuilder<'_> {
-    /// For each light in turn: draws its maps and direct light, then lets `technique` add its own passes. Until the next light, the texture
-    /// [`FrameBuilder::visibility`] is that of this light.
+    /// For each light in turn: draws its shadow maps and its direct light, then lets `technique` add passes of its own. Until the next light is
+    /// drawn, the texture [`FrameBuilder::visibility`] belongs to this light.
     ///
     /// # Errors
     /// The first error of `technique`.
@@ -53,7 +53,7 @@ impl FrameBuilder<'_> {
         Ok(())
     }
 
-    /// Draws both maps of a light, and the irradiance that it gives directly.
+    /// Draws the shadow maps of a light and its direct irradiance.
     fn light(&mut self, number: usize) -> FrameLight {
         let (scene, receivers, view) = (self.scene, self.receivers, self.view);
         let uniform = light_uniform(scene, &scene.lights[number], receivers);
@@ -89,7 +89,7 @@ impl FrameBuilder<'_> {
         FrameLight { number, uniform, buffer, air_map }
     }
 
-    /// A shadow map of `size` texels along a side with the casters in it; without a size, one texel of depth 1.
+    /// Draws a shadow map of `size` texels along a side with the given casters; without a size, one texel of depth 1.
     fn map(
         &mut self,
         label: String,
@@ -115,7 +115,7 @@ impl FrameBuilder<'_> {
     }
 }
 
-/// A light for shaders.
+/// The uniform of a light.
 fn light_uniform(scene: &Scene, light: &Light, receivers: &Receivers) -> LightUniform {
     let water = scene.water.as_ref();
     let level = water.map_or(0.0, |w| w.level_m);
@@ -149,8 +149,8 @@ fn light_uniform(scene: &Scene, light: &Light, receivers: &Receivers) -> LightUn
     }
 }
 
-/// Clip space of the light's map through air, around all of `bounds`: orthographic for directional light, otherwise a perspective from the
-/// light's position towards the middle.
+/// Clip space of the light's map through air, around `bounds`: orthographic for directional light, otherwise a perspective from the light's position
+/// towards the centre of `bounds`.
 fn light_matrix(light: &Light, bounds: Aabb) -> Mat4 {
     let centre = bounds.center();
     let radius = (bounds.size().length() * 0.5).max(1.0e-3);
@@ -170,7 +170,7 @@ fn light_matrix(light: &Light, bounds: Aabb) -> Mat4 {
             let distance = to.length().max(1.0e-3);
             let direction = to / distance;
             let view = nephroid_math::space::look_to(position, direction, side(direction)).unwrap_or_default();
-            // Wide enough for the sphere around everything, at most 160 degrees.
+            // Wide enough for the bounding sphere of everything, at most 160 degrees.
             let half_angle = if distance > radius { libm::asin(f64::from(radius / distance)) as f32 } else { 1.4 };
             let near = (distance - radius).max(distance * 1.0e-2);
             let projection = nephroid_math::space::perspective((2.0 * half_angle).clamp(0.02, 2.8), 1.0, near, distance + radius);

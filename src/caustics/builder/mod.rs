@@ -1,14 +1,14 @@
-//! The frame that all techniques share: what the camera sees of the receivers, each light's maps and direct light, and the picture.
+//! The part of a frame that all techniques share: the receivers as the camera sees them, shadow maps and direct light of each light, and the picture.
 //!
 //! [`FrameBuilder::new`] draws the receivers, [`FrameBuilder::lights`] runs the loop over lights, in which a technique adds its own passes, and
 //! [`FrameBuilder::finish`] turns the technique's [`Contributions`] into the picture and its layers.
 //!
 //! | File | What |
 //! |---|---|
-//! | `view` | how the eye sees the scene: [`ViewOptions`], refraction of the eye, the camera's uniform |
+//! | `view` | size of the targets, refraction of the eye, the camera's uniform: [`ViewOptions`] |
 //! | `geometry` | pass `geometry_buffer`: position, normal and albedo of what each pixel sees |
 //! | `light` | passes `shadow_map_air N`, `shadow_map_water N`, `light N` |
-//! | `targets` | the textures that caustic light is summed in |
+//! | `targets` | textures in which caustic light is summed |
 //! | `picture` | passes `shade` and `picture` |
 //! | `state` | pipeline state that passes share |
 
@@ -39,17 +39,17 @@ pub use view::{ViewOptions, cut_level, eye_is_under_water};
 ///
 /// All targets have the size of the picture times [`ViewOptions::samples`], plus [`Self::margin`] on each side.
 pub struct FrameBuilder<'a> {
-    /// The frame so far.
+    /// The frame as built so far.
     pub frame: Frame,
     /// The scene.
     pub scene: &'a Scene,
-    /// Its receivers.
+    /// The scene's receivers.
     pub receivers: &'a Receivers,
     /// The water surface, if there is water.
     pub water: Option<&'a HeightField>,
-    /// How the eye sees the scene.
+    /// How the technique views the scene.
     pub view: ViewOptions,
-    /// Width and height of the targets, samples.
+    /// Width and height of the targets, in samples.
     pub size: (u32, u32),
     /// Samples beyond each edge of the picture.
     pub margin: u32,

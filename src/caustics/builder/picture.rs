@@ -19,18 +19,18 @@ use super::state::{clear, depth_state, target};
 /// What a technique adds to the picture. All textures have the size of the builder's targets.
 #[derive(Clone, Debug)]
 pub struct Contributions {
-    /// Caustic irradiance of what each sample sees, W/m², linear RGB: layer `caustic_irradiance`.
+    /// Caustic irradiance at the surface that each sample shows, W/m², linear RGB: layer `caustic_irradiance`.
     pub irradiance: TextureId,
-    /// Caustic light that the medium scatters towards the eye, summed along the eye's path, W/(m² sr), linear RGB: layer `godrays`. It is added
-    /// after surface radiance has been attenuated, so it must be attenuated already. The water's mean in-scattering, which has no caustics
-    /// (`EnvironmentUniform::inscatter`), stays in the picture.
+    /// Caustic light that the medium scatters towards the eye, integrated along the eye's path, W/(m² sr), linear RGB: layer `godrays`. It is added
+    /// after surface radiance has been attenuated, so it must be attenuated already. The water's mean in-scattering without caustics
+    /// (`EnvironmentUniform::inscatter`) remains in the picture.
     pub in_scattered: Option<TextureId>,
     /// The technique's own layers.
     pub layers: Vec<LayerSource>,
 }
 
 impl Contributions {
-    /// Irradiance alone.
+    /// Contributions of irradiance only.
     #[must_use]
     pub fn new(irradiance: TextureId) -> Self {
         Self { irradiance, in_scattered: None, layers: Vec::new() }
@@ -55,7 +55,7 @@ impl FrameBuilder<'_> {
         }
     }
 
-    /// Irradiance to the radiance of what each sample sees.
+    /// Converts irradiance to the radiance of the surface that each sample shows.
     fn shade(&mut self, environment: BufferId, caustic: TextureId) -> TextureId {
         let radiance = self.target("radiance", TextureFormat::Rgba32Float);
         let bindings = self.frame.bind_group(vec![
@@ -136,7 +136,7 @@ impl FrameBuilder<'_> {
         Draw::new(pipeline, bindings, fullscreen::VERTICES)
     }
 
-    /// The layers that every technique has, those of the contributions, and the technique's own.
+    /// The layers that every technique has, those of the contributions, and the technique's own layers.
     fn layers(&self, contributions: Contributions) -> Vec<LayerSource> {
         let axis = self.scene.camera.forward_ws();
         let source = |name, texture, channels, resolve| LayerSource { name, texture, channels, resolve };
@@ -156,7 +156,7 @@ impl FrameBuilder<'_> {
     }
 }
 
-/// Sky, medium, and what lights scatter in the water.
+/// Sky, medium, and the light that the water scatters.
 fn environment_uniform(scene: &Scene) -> EnvironmentUniform {
     let ior = scene.water.as_ref().map_or(1.0, |w| w.ior);
     let on_water = scene.water.as_ref().map_or(Vec3::ZERO, |water| {

@@ -13,7 +13,7 @@ pub fn clear(texture: TextureId) -> Option<ColorAttachment> {
     Some(ColorAttachment { view: texture.into(), load: LoadOp::Clear(Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 }) })
 }
 
-/// An attachment that is cleared to zeros by the first pass that sums in it and kept by later ones.
+/// An attachment that the first pass clears to zeros and later passes keep: passes sum in it.
 #[must_use]
 pub fn clear_or_keep(texture: TextureId, first: bool) -> Option<ColorAttachment> {
     if first { clear(texture) } else { Some(ColorAttachment { view: texture.into(), load: LoadOp::Load }) }
@@ -31,7 +31,7 @@ pub fn depth_state(format: TextureFormat, compare: CompareFunction, write: bool,
     DepthStencilState { format, depth_write_enabled: Some(write), depth_compare: Some(compare), stencil: StencilState::default(), bias }
 }
 
-/// A texture that the fragments of a pass are added up in.
+/// A texture in which the fragments of a pass are summed.
 #[derive(Clone, Copy, Debug)]
 pub struct Sum {
     /// The texture.
@@ -42,7 +42,7 @@ pub struct Sum {
     pub clear: bool,
 }
 
-/// Pipeline targets and attachments of sums; `None` is a hole. Holes at the end are left out.
+/// Pipeline targets and attachments of sums; `None` for a target without one. Targets of `None` at the end are left out.
 #[must_use]
 pub fn additive(sums: &[Option<Sum>]) -> (Vec<Option<ColorTargetState>>, Vec<Option<ColorAttachment>>) {
     let used = sums.iter().rposition(Option::is_some).map_or(0, |last| last + 1);

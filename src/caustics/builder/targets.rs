@@ -1,4 +1,4 @@
-//! The textures that a technique sums caustic light in.
+//! Textures in which a technique sums caustic light.
 
 use nephroid_pipeline::frame::TextureId;
 use nephroid_pipeline::state::TextureFormat;
@@ -12,14 +12,14 @@ use crate::{LayerSource, Resolve};
 pub struct CausticTargets {
     /// Irradiance, W/m², linear RGB.
     pub irradiance: TextureId,
-    /// Irradiance times the direction towards the light; w is the sum of the weights. Only if the layer `caustic_direction` is wanted.
+    /// Irradiance times the direction towards the light; w is the sum of the weights. `None` unless the layer `caustic_direction` is wanted.
     pub direction: Option<TextureId>,
-    /// Bodies of light per sample. Only if the layer `fragment_count` is wanted.
+    /// Number of light volumes or beams per sample. `None` unless the layer `fragment_count` is wanted.
     pub count: Option<TextureId>,
 }
 
 impl CausticTargets {
-    /// Adds the textures that the wanted layers need; `count_label` is the name of the counting one.
+    /// Adds the textures that the wanted layers need. `count_label` names the texture that counts.
     pub fn new(builder: &mut FrameBuilder<'_>, layers: &[&str], count_label: &str) -> Self {
         let wants = |layer| layers.contains(&layer);
         Self {

@@ -1,4 +1,4 @@
-//! How the eye sees the scene: size and margin of the targets, refraction of the eye at the water, the camera's uniform.
+//! The view of the scene: size and margin of the targets, refraction of the eye at the water, the camera's uniform.
 
 use glam::{Mat4, Vec3, Vec4};
 
@@ -8,7 +8,7 @@ use nephroid_scene::{Camera, EyeRefraction, Scene};
 /// Width of the margin around the picture where refracted rays may leave it, as a share of the picture's larger side.
 const SNELL_MARGIN: f32 = 0.06;
 
-/// How a technique wants to see the scene.
+/// How a technique views the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewOptions {
     /// How the eye sees through the water surface.
@@ -19,7 +19,7 @@ pub struct ViewOptions {
     pub surface_shadows: bool,
     /// Whether objects under water cast shadows.
     pub underwater_shadows: bool,
-    /// Width and height of the shadow maps, texels.
+    /// Width and height of the shadow maps, in texels.
     pub shadow_map_size: u32,
     /// Whether the depth attachment has a stencil.
     pub stencil: bool,
@@ -62,7 +62,7 @@ fn side_and_ratio(scene: &Scene, eye_refraction: EyeRefraction) -> (bool, f32) {
     (under, apparent_depth_ratio(direction, water.ior))
 }
 
-/// Whether the eye is in the body of water. A parallel camera stands for an eye far away: it is under water if its position is.
+/// Whether the eye is in the body of water. A parallel camera has its eye far away; it counts as under water if its position is.
 #[must_use]
 pub fn eye_is_under_water(scene: &Scene) -> bool {
     let Some(water) = &scene.water else { return false };
@@ -78,7 +78,7 @@ pub fn cut_level(scene: &Scene, eye_refraction: EyeRefraction) -> Option<f32> {
     scene.water.as_ref().filter(|_| ratio != 1.0).map(|w| w.level_m)
 }
 
-/// The camera for targets of `size` samples, of which the picture has the `inner` ones.
+/// The uniform of a camera for targets of `size` samples, of which the picture covers the central `inner` ones.
 fn camera_uniform(scene: &Scene, inner: (u32, u32), size: (u32, u32), under: bool, ratio: f32) -> CameraUniform {
     let aspect = inner.0 as f32 / inner.1 as f32;
     let shrink = Vec3::new(inner.0 as f32 / size.0 as f32, inner.1 as f32 / size.1 as f32, 1.0);

@@ -20,7 +20,7 @@ use nephroid_scene::water::HeightField;
 use super::settings::{CausticVolumes, Faces};
 use super::shaders::{self, VolumeUniform};
 
-/// How the technique sees the scene.
+/// How the technique views the scene.
 #[must_use]
 pub fn view(settings: &CausticVolumes) -> ViewOptions {
     ViewOptions {
@@ -33,10 +33,10 @@ pub fn view(settings: &CausticVolumes) -> ViewOptions {
     }
 }
 
-/// Builds the frame: positions of all receivers; per light its direct light and its volumes; the picture.
+/// Builds the frame: positions of all receivers; direct light and volumes of each light; the picture.
 ///
 /// # Errors
-/// This technique has none of its own; the loop over lights returns those of its closure.
+/// With an error of the loop over lights. The passes of this technique raise none.
 pub fn build(
     scene: &Scene,
     receivers: &Receivers,
@@ -77,15 +77,15 @@ fn counters(receivers: &Receivers, beams: &[LightBeams]) -> Vec<(String, u64)> {
     ]
 }
 
-/// Slack of the volumes in metres per unit of clip w: a sixteenth of a pixel.
+/// Slack of the volumes in metres per unit of clip w: the size of a sixteenth of a pixel.
 fn slack_per_w(builder: &FrameBuilder<'_>) -> f32 {
     let up = builder.scene.camera.view_from_world().inverse().transform_vector3(Vec3::Y);
-    // Clip units per metre along the picture's vertical.
+    // Clip units per metre along the vertical of the picture.
     let per_metre = (builder.camera.clip_from_world * up.extend(0.0)).y.abs();
     2.0 / (per_metre * builder.size.1 as f32) / 16.0
 }
 
-/// Lowest point of the volumes: just below the lowest receiver, or where the light has become negligible.
+/// Height of the volumes' bottom cap: just below the lowest receiver, or where the light has become negligible.
 fn bottom_of_volumes(scene: &Scene, receivers: &Receivers, settings: &CausticVolumes) -> f32 {
     let Some(water) = &scene.water else { return 0.0 };
     let floor = receivers.bounds.min.y.min(water.level_m) - settings.depth_below_floor_m;
@@ -98,7 +98,7 @@ fn bottom_of_volumes(scene: &Scene, receivers: &Receivers, settings: &CausticVol
     }
 }
 
-/// The volumes of one light: additive, one side of each body, no depth write.
+/// Adds the volumes of one light: additive, one side of each hull, without depth writes.
 fn volume_pass(
     builder: &mut FrameBuilder<'_>,
     beams: &LightBeams,
@@ -110,8 +110,8 @@ fn volume_pass(
     let number = light.number;
     let slack = slack_per_w(builder);
     let shadows = if settings.surface_shadows { 1.0 } else { 0.0 };
-    // Seen from above, front faces pass the depth test wherever the receiver lies behind the volume, which is along its whole length. Back faces
-    // pass almost only where the receiver lies inside.
+    // For an eye above water, a front face passes the depth test wherever the receiver lies behind it, along the whole volume. A back face passes
+    // almost only where the receiver lies inside the volume.
     let back = settings.faces != Faces::Front;
     let wanted = if back { -1.0 } else { 1.0 };
     let uniform = VolumeUniform { shape: Vec4::new(bottom_y, slack, shadows, wanted), sigma_t: builder.scene.medium.sigma_t().extend(0.0) };
@@ -131,7 +131,7 @@ fn volume_pass(
         BindEntry::texture(light.air_map),
         BindEntry::Sampler(Sampler::comparison(CompareFunction::LessEqual)),
     ]);
-    // Front faces must lie before the receiver. Back faces must lie behind it, which also holds for an eye inside of the volume [decision E3].
+    // Front faces must lie before the receiver. Back faces must lie behind it, which also works for an eye inside of the volume [decision E3].
     let (cull, compare) = if back { (Face::Front, CompareFunction::GreaterEqual) } else { (Face::Back, CompareFunction::LessEqual) };
     let [direction, count] = targets.optional_sums(light);
     let (states, color) = additive(&[Some(targets.irradiance_sum(light)), direction, count]);

@@ -1,10 +1,10 @@
 //! The tight convex body of a caustic volume: the convex hull of its six vertices, a little enlarged [SF05 §3.2; decision E2].
 //!
-//! The sides of a beam are not planar, so the paper asks for a "tight body" without saying how it is made. The hull of the generator and the bottom
-//! triangle has at most eight faces and contains the beam. It is enlarged for two reasons. Rasterization snaps vertices to a grid, so a hull
-//! without slack would lose pixels whose receiver lies on the beam's boundary. And four vertices in one plane, as in all beams of flat water, make
-//! a hull's faces ambiguous; therefore the bottom is enlarged more than the top and turned a little. The exact test at the receiver decides which
-//! pixels are lit: the slack only costs fragments.
+//! The sides of a beam are not planar, so the paper asks for a "tight body" without saying how to make it. The hull of the generator and the bottom
+//! triangle has at most eight faces and contains the beam. It is enlarged for two reasons. Rasterization snaps vertices to a grid, so a hull without
+//! slack would lose pixels whose receiver lies on the beam's boundary. Four vertices in one plane, as in all beams of flat water, make the faces of a
+//! hull ambiguous, so the bottom is enlarged more than the top and rotated slightly. The exact test at the receiver decides which pixels are lit; the
+//! slack costs only fragments.
 
 use glam::{DVec2, DVec3};
 
@@ -21,7 +21,7 @@ pub struct Hull {
 }
 
 impl Hull {
-    /// Numbers of each face's vertices.
+    /// Vertices of each face, by number.
     #[must_use]
     pub fn faces(&self) -> &[[u8; 3]] {
         &self.faces[..self.count]
@@ -52,8 +52,8 @@ fn enlarge(triangle: [DVec2; 3], slack: f64) -> [DVec2; 3] {
 
 /// [`enlarge`] for a nearly degenerate triangle, as sections near a focus are.
 ///
-/// The result is a longer triangle along it. Its base lies beyond one end and has twice the width needed there; its tip lies so far beyond the
-/// other end that the width at that end is the width needed.
+/// The result is a longer triangle along the same line. Its base lies beyond one end and has twice the width needed there. Its tip lies so far beyond
+/// the other end that the triangle has the width needed at that end.
 fn enlarge_needle(triangle: [DVec2; 3], slack: f64) -> [DVec2; 3] {
     let [a, b, c] = triangle;
     let edges = [(a, b), (b, c), (c, a)];
@@ -70,14 +70,14 @@ fn enlarge_needle(triangle: [DVec2; 3], slack: f64) -> [DVec2; 3] {
     [base - across * (2.0 * half), base + across * (2.0 * half), start + along * (2.0 * length + 3.0 * slack) + across * middle]
 }
 
-/// The hull of a beam's two ends, each enlarged by its slack in metres.
+/// The convex hull of a beam's two ends, each enlarged by its slack in metres.
 ///
-/// In f64, where corners in one plane to within rounding do not occur after the enlargement.
+/// Computed in f64: after the enlargement, vertices that lie in one plane up to rounding do not occur.
 #[must_use]
 pub fn hull(top: [DVec3; 3], bottom: [DVec3; 3], top_slack: f64, bottom_slack: f64) -> Hull {
     let flat = |t: [DVec3; 3]| t.map(|p| DVec2::new(p.x, p.z));
     let (flat_top, flat_bottom) = (flat(top), flat(bottom));
-    // Metres sideways per metre down along the beam, and how far its edges depart from that: caps are moved along the beam, not straight up and down.
+    // Horizontal metres per metre of depth along the beam, and how far its edges deviate from that: caps are moved along the beam, not vertically.
     let mut slopes = [DVec2::ZERO; 3];
     for i in 0..3 {
         slopes[i] = (flat_bottom[i] - flat_top[i]) / (top[i].y - bottom[i].y).max(top_slack + bottom_slack);
@@ -85,12 +85,12 @@ pub fn hull(top: [DVec3; 3], bottom: [DVec3; 3], top_slack: f64, bottom_slack: f
     let slope = (slopes[0] + slopes[1] + slopes[2]) / 3.0;
     let spread = 1.0 + slopes.iter().map(|s| (*s - slope).length()).fold(0.0, f64::max);
     let large_top = enlarge(flat_top.map(|p| p - slope * top_slack), top_slack * spread);
-    // The turn below takes a quarter of the slack away again.
+    // The rotation below reduces the slack by a quarter.
     let large_bottom = enlarge(flat_bottom.map(|p| p + slope * bottom_slack), bottom_slack * spread * 1.25);
     let mut hull = Hull::default();
     for i in 0..3 {
         hull.corners[i] = DVec3::new(large_top[i].x, top[i].y + top_slack, large_top[i].y);
-        // The turn that keeps parallel walls from being flat.
+        // The rotation that keeps parallel walls from being planar.
         let along = (large_bottom[(i + 1) % 3] - large_bottom[i]).normalize_or_zero() * (0.25 * bottom_slack);
         let turned = large_bottom[i] + along;
         hull.corners[3 + i] = DVec3::new(turned.x, bottom[i].y - bottom_slack, turned.y);
@@ -107,8 +107,8 @@ impl Hull {
         self.count += 1;
     }
 
-    /// Finds the faces of a body whose top lies wholly above the plane of its bottom, and whose bottom lies wholly below the plane of its top: the
-    /// two ends, and for each edge of an end the face to that vertex of the other end that has the other two behind it. False for other bodies.
+    /// Finds the faces of a body whose top lies wholly above the plane of its bottom and whose bottom lies wholly below the plane of its top: the two
+    /// ends, and for each edge of an end the face to that vertex of the other end which has the other two behind it. Returns false for other bodies.
     fn wrap(&mut self) -> bool {
         let p = self.corners;
         // Corners of both ends counter-clockwise seen from above.
@@ -121,7 +121,7 @@ impl Hull {
         if is_below(top, bottom) != [true; 3] || is_below(bottom, top) != [false; 3] {
             return false;
         }
-        // The corner of `other` that is outermost as seen around the edge from a to b.
+        // The vertex of `other` that is outermost as seen around the edge from a to b.
         let outermost = |a: usize, b: usize, other: [usize; 3]| {
             let edge = p[b] - p[a];
             let mut best = other[0];

@@ -5,12 +5,12 @@
 //! additively over the receivers and light those pixels whose receiver lies inside, by flux over cross-section. Cost depends on the
 //! volumes' pixels, not on the receivers. Files: `hull` (the tight body), `shaders` (point in volume, illumination), `frame` (the passes).
 //!
-//! Decisions the paper leaves open, in full in `docs/techniques/caustic-volumes.md`:
+//! Decisions where the paper leaves a choice, in full in `docs/techniques/caustic-volumes.md`:
 //! - E1 two radiometries: `paper` has neither cosine, `physical` conserves flux;
 //! - E2 the tight body is the convex hull of the six vertices;
 //! - E3 for an eye under water, back faces are drawn with the reversed depth test;
 //! - E4 I₀ is one number per light in `paper`, per triangle in `physical`;
-//! - E5 behind a focus the cross-section is turned over: its inside is where all edge functions are negative;
+//! - E5 behind a focus the cross-section has the opposite orientation: its inside is where all edge functions are negative;
 //! - E6 shadows, above and under water, are options beyond the paper.
 
 pub mod frame;
@@ -31,7 +31,7 @@ use super::{Builder, Feature, Layout, Receivers, RenderError, Technique, Techniq
 use crate::layout;
 use shaders::VolumeUniform;
 
-/// The technique, as a line of the table.
+/// The technique, as a row of the table.
 pub const TECHNIQUE: &dyn Technique = &CausticVolumesTechnique;
 
 struct CausticVolumesTechnique;

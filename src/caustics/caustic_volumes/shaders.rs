@@ -1,6 +1,8 @@
-//! The volume program: one point per beam in, the faces of its hull out, and the light at each receiver inside [SF05 §3.3, §3.4].
+//! The volume program: one point per beam enters, the geometry stage emits the faces of its hull, and the fragment stage computes the light at each
+//! receiver inside [SF05 §3.3, §3.4].
 //!
-//! Targets: caustic irradiance (W/m², RGB); where wanted, the sum of `E·ω` (ω: direction towards the light) and the number of volumes per pixel.
+//! Targets: caustic irradiance (W/m², RGB); if the layers are wanted, the sum of `E·ω` (ω: direction towards the light) and the number of volumes per
+//! pixel.
 
 use std::sync::Arc;
 
@@ -29,8 +31,8 @@ use crate::beams::geometry::double_area;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct VolumeUniform {
-    /// Height of the bottom cap, m; slack per unit of clip w, m; 1 if vertices are tested against the map through air; 1 if faces towards the eye
-    /// are drawn, −1 if faces away from the eye are drawn.
+    /// x: height of the bottom cap, m. y: slack per unit of clip w, m. z: 1 if vertices are tested against the map through air. w: 1 if faces towards
+    /// the eye are drawn, −1 if faces away from the eye are drawn.
     pub shape: Vec4,
     /// Extinction coefficient c(λ), 1/m.
     pub sigma_t: Vec4,
@@ -72,7 +74,7 @@ pub fn program(radiometry: Radiometry) -> Arc<Program> {
     })
 }
 
-/// One point per beam. The geometry stage finds the beam by the primitive's number.
+/// Passes one point per beam. The geometry stage finds the beam by the primitive's number.
 struct BeamVertex;
 
 impl VertexShader for BeamVertex {
@@ -93,7 +95,7 @@ impl GeometryShader for HullGeometry {
         let Some(beam) = beams.get(input.primitive_id as usize) else { return };
         let mut varyings = [input.primitive_id as f32, 1.0, 1.0, 1.0];
         if volume.shape.z > 0.0 {
-            // Shadow of what stands above the water, one sample per vertex of the mesh.
+            // Shadows of objects above the water, sampled once per vertex of the mesh.
             let light: &LightUniform = bindings.uniform(2);
             for (lit, g) in varyings[1..].iter_mut().zip(&beam.g) {
                 let (uv, depth, inside) = light.through_air(v3(g.x, g.y, g.z));
@@ -114,7 +116,8 @@ impl GeometryShader for HullGeometry {
             let clip = camera.project(v3(p.x as f32, p.y as f32, p.z as f32));
             f64::from(volume.shape.y * clip.w.max(0.1))
         };
-        // A crest above the mean level is not raised with the water under it (`CameraUniform::raise`), which bends the beam there by at most this.
+        // A crest above the mean level is not raised together with the water below it (`CameraUniform::raise`). This bends the beam at the level by
+        // at most `bend`.
         let (level, ratio) = (camera.water.x, camera.water.y);
         let bend = |i: usize| {
             let (g, d) = (beam.g[i], beam.d[i]);
@@ -164,8 +167,8 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         let double_area = double_area(&corners);
         let positive = double_area.gt(zero);
 
-        // Each edge is evaluated from the end that both of its beams agree on: they see the same number, and a point on the edge belongs to
-        // exactly one of them. Behind a focus the triangle is turned over, and so are the signs of its edges [decision E5].
+        // Both beams of an edge evaluate it from the same end, so they get the same number, and a point on the edge belongs to exactly one of them.
+        // Behind a focus the triangle has the opposite orientation, and the signs of its edges are reversed [decision E5].
         let at = v2(p.x, p.z);
         let mut weight = [zero; 3];
         let mut inside = p.y.ge(zero.like(volume.shape.x));
@@ -175,7 +178,7 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
             let (from, to) = if first { (corners[i], corners[j]) } else { (corners[j], corners[i]) };
             let side = (to - from).perp_dot(at - from);
             let not_negative = side.ge(zero);
-            // The interior is on the positive side if exactly one of "first" and "turned over" does not hold.
+            // The interior is on the non-negative side of the edge where `first` and `positive` are equal, otherwise on the negative side.
             inside = inside
                 & if first {
                     (positive & not_negative) | (!positive & !not_negative)
@@ -194,7 +197,7 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         let mut keep = inside & below.gt(zero);
         let travelled = beam.path_length(b, p.y);
 
-        // F_P = A_gen/A_P times I₀ is flux over area [SF05 §3.4]; attenuation per wavelength over the distance in water.
+        // F_P = A_gen/A_P times I₀ is flux over area [SF05 §3.4], attenuated per wavelength over the distance in water.
         let area = beam.lit_area(double_area.abs() * 0.5);
         let visible = input.texel_here(bindings.texture(6), 0);
         let lit = b[0] * flat[1] + b[1] * flat[2] + b[2] * flat[3];
@@ -214,7 +217,7 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         let flux = V3::splat(input.token, beam.flux.truncate());
         let irradiance = flux.hadamard(beer_lambert_rgb(volume.sigma_t.truncate(), travelled)) * scale;
         let total = irradiance.x + irradiance.y + irradiance.z;
-        // Where the light comes from, weighted by how much of it.
+        // Direction towards the light, weighted by the light's irradiance.
         let direction = -ray.normalize() * total;
         output.color[0] = v4(irradiance.x, irradiance.y, irradiance.z, zero);
         output.color[1] = v4(direction.x, direction.y, direction.z, total);

@@ -1,6 +1,6 @@
 // The light at each receiver inside of a caustic volume: the twin of `VolumeFragment` in `shaders.rs`.
 //
-// The faces of the hulls come from the geometry stage, which WebGPU does not have: its primitives are pulled from a buffer.
+// The geometry stage emits the faces of the hulls. WebGPU has no such stage: the faces are pulled from a buffer.
 
 override paper: bool = false;
 
@@ -44,7 +44,7 @@ fn fs(in: Varyings) -> Targets {
     let twice_area = double_area(corners[0], corners[1], corners[2]);
     let positive = twice_area > 0.0;
 
-    // Each edge is evaluated from the end that both of its beams agree on.
+    // Both beams of an edge evaluate it from the same end.
     let at = p.xz;
     var weight = vec3<f32>();
     var inside = p.y >= volume.shape.x;
@@ -64,7 +64,7 @@ fn fs(in: Varyings) -> Targets {
     let below = dot(b, depth);
     let travelled = path_length(beam.d, b, depth);
 
-    // F_P = A_gen/A_P times I0 is flux over area; attenuation per wavelength over the distance in water.
+    // F_P = A_gen/A_P times I0 is flux over area, attenuated per wavelength over the distance in water.
     let area = lit_area(abs(twice_area) * 0.5, beam.flux.w);
     let visible = textureLoad(visibilities, at_pixel, 0).r;
     var scale = visible * clamp(dot(b, in.visibility), 0.0, 1.0) / area;

@@ -5,22 +5,22 @@ use glam::Vec3;
 use crate::Receivers;
 use nephroid_scene::geom::Aabb;
 
-/// Added on every side, as a share of the size of all receivers: a receiver that lies in a side of its box stays inside after rounding.
+/// Margin on every side, as a share of the size of all receivers. A receiver that lies in a side of its box stays inside after rounding.
 const MARGIN: f32 = 1.0e-4;
 
-/// Bounds of an object, or of the part of it that faces one way, with the triangles in it.
+/// Bounds of an object, or of the part of an object that faces one direction, and the triangles inside.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReceiverBox {
-    /// World space, with a margin.
+    /// Bounds in world space, including a margin.
     pub bounds: Aabb,
-    /// The triangles, each by the place of its first index in the receivers' mesh.
+    /// The triangles, each by the position of its first index in the receivers' mesh.
     pub triangles: Vec<u32>,
 }
 
 impl ReceiverBox {
     const EMPTY: Self = Self { bounds: Aabb::EMPTY, triangles: Vec::new() };
 
-    /// Positions of its triangles, world space.
+    /// Positions of the box's triangles, world space.
     pub fn positions<'a>(&'a self, receivers: &'a Receivers) -> impl Iterator<Item = [Vec3; 3]> + 'a {
         self.triangles.iter().map(|&first| receivers.triangle_at(first))
     }
@@ -34,8 +34,8 @@ pub fn margin(receivers: &Receivers) -> f32 {
 
 /// Boxes of all receivers that reach below `level_y`, world space.
 ///
-/// A hollow object, like a pool, has one box for each direction that its surface faces, if these boxes together are much smaller than the one
-/// around the object.
+/// A hollow object such as a pool has one box for each direction that its surface faces, if these boxes together are much smaller than the box around
+/// the whole object.
 #[must_use]
 pub fn boxes(receivers: &Receivers, level_y: f32) -> Vec<ReceiverBox> {
     let margin = margin(receivers);

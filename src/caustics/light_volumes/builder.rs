@@ -1,4 +1,4 @@
-//! Builds the frames of one scene.
+//! The builder of light-volumes frames, for one scene.
 
 use glam::Vec3;
 
@@ -24,7 +24,7 @@ use super::shadow::{self, ShadowQueries, Shadowed};
 use super::slices::Slices;
 use super::specular::Specular;
 
-/// State kept between frames: receivers with their boxes, mirrors and glass, the simulation of the water, and a cache.
+/// State kept between frames: receivers and their boxes, mirrors and glass, the water simulation, and a cache.
 pub struct LightVolumesBuilder {
     receivers: Receivers,
     boxes: Vec<ReceiverBox>,
@@ -34,7 +34,7 @@ pub struct LightVolumesBuilder {
     clock: fn() -> f64,
 }
 
-/// What depends on the settings and the heights of the generators alone.
+/// Data that depends only on the settings and on the heights of the generators.
 struct Cache {
     key: CacheKey,
     slices: Slices,
@@ -42,7 +42,7 @@ struct Cache {
     hierarchy: Hierarchy,
 }
 
-/// What the [`Cache`] was made for.
+/// The inputs from which the [`Cache`] was made.
 #[derive(Clone, Copy, PartialEq)]
 struct CacheKey {
     level: f32,
@@ -61,7 +61,7 @@ impl LightVolumesBuilder {
     pub fn new(scene: &Scene, settings: &LightVolumes) -> Result<Self, RenderError> {
         let receivers = Receivers::new(scene, cut_level(scene, settings.eye_refraction))?;
         let water = scene.water.as_ref().map(|w| w.simulator());
-        // Light of mirrors and glass is not followed through water, so where there is water, it is the only generator.
+        // Light of mirrors and glass is not followed through water, so a scene with water has no other generators.
         let specular = if water.is_none() { Specular::new(scene, settings.generator_edge)? } else { None };
         let level = match (&scene.water, &specular) {
             (Some(water), _) => Some(water.level_m),
@@ -112,7 +112,7 @@ impl LightVolumesBuilder {
                     let water = WaterNodes { field, hierarchy: &cache.hierarchy, span: *span };
                     timed(clock, &mut seconds.queries, || water.shadowed(builder, light, settings, device))?
                 }
-                // The paths through mirrors and glass already tell which vertices are in shadow.
+                // The paths through mirrors and glass already determine which vertices are in shadow.
                 None => Shadowed::default(),
             };
             let culler = Culler::new(&builder.camera, &cache.columns, &visible, &cache.slices, *span, clamp);
@@ -160,7 +160,7 @@ impl Builder for LightVolumesBuilder {
 }
 
 impl Cache {
-    /// The cache, made anew if it does not fit.
+    /// Returns the cache, made anew if its inputs have changed.
     fn renew<'a>(
         cache: &'a mut Option<Self>,
         boxes: &[ReceiverBox],
@@ -188,7 +188,7 @@ struct WaterNodes<'a> {
 }
 
 impl WaterNodes<'_> {
-    /// Shadow culling of one light, if it is wanted and an object could cast a shadow on the water.
+    /// Shadow culling for one light, if it is enabled and an object could cast a shadow on the water.
     fn shadowed(
         &self,
         builder: &mut FrameBuilder<'_>,

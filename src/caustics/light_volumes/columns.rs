@@ -1,7 +1,7 @@
-//! Receiver columns: a grid over a receivers' box, each cell with the slabs in which it has receivers.
+//! Receiver columns: a grid over a box of receivers; each cell stores the slabs in which it has receivers.
 //!
 //! With the box alone, a beam over a sloping floor is drawn between the floor's least and greatest height. With columns it is drawn between the
-//! planes around the part of the floor that it meets.
+//! planes around the part of the floor that the beam meets.
 
 use glam::{Vec2, Vec3};
 
@@ -11,18 +11,18 @@ use super::boxes::{ReceiverBox, margin};
 use super::hierarchy::{Rect, Span};
 use super::slices::{Slabs, Slices};
 
-/// Columns along the longest side of all boxes.
+/// Columns along the longest side of the bounds of all boxes.
 const COLUMNS: f32 = 48.0;
 
 /// Most columns along a side of one box.
 const MOST: u32 = 48;
 
-/// A receivers' box between the slicing planes.
+/// A box of receivers, divided into columns, between the slicing planes.
 #[derive(Clone, Debug)]
 pub struct ReceiverColumns {
     /// Number of the box.
     pub number: usize,
-    /// The box from above.
+    /// The box seen from above.
     pub rect: Rect,
     /// Least and greatest height, m.
     pub y: [f32; 2],
@@ -43,7 +43,7 @@ pub struct ColumnSlabs {
     pub every: Slabs,
 }
 
-/// The columns of all boxes that reach into the water.
+/// The columns of all boxes that reach below the water's level.
 #[must_use]
 pub fn receiver_columns(boxes: &[ReceiverBox], receivers: &Receivers, slices: &Slices, span: Span) -> Vec<ReceiverColumns> {
     let longest = boxes.iter().map(|b| b.bounds.size().x.max(b.bounds.size().z)).fold(0.0, f32::max);
@@ -73,7 +73,7 @@ impl ReceiverColumns {
         grid
     }
 
-    /// Adds a triangle to the columns that it touches, each with the heights of the part inside of it.
+    /// Adds a triangle to the columns that it touches, each with the heights of the triangle's part inside.
     fn add(&mut self, triangle: [Vec3; 3], margin: f32, slices: &Slices) {
         let low = triangle[0].min(triangle[1]).min(triangle[2]) - margin;
         let high = triangle[0].max(triangle[1]).max(triangle[2]) + margin;
@@ -89,7 +89,7 @@ impl ReceiverColumns {
         }
     }
 
-    /// Heights of the part of a triangle inside of a column.
+    /// Least and greatest height of the part of a triangle inside a column; `None` if there is no such part.
     fn heights_in(&self, triangle: [Vec3; 3], margin: f32, x: u32, z: u32) -> Option<[f32; 2]> {
         let cell = Vec2::ONE / self.per_metre;
         let min = self.rect.min + cell * Vec2::new(x as f32, z as f32) - margin;
@@ -115,7 +115,7 @@ impl ReceiverColumns {
             .then(|| [heights().fold(f32::INFINITY, f32::min) - margin, heights().fold(f32::NEG_INFINITY, f32::max) + margin])
     }
 
-    /// First and last columns, along x and along z, that a rectangle covers; the nearest ones where it lies beside the box.
+    /// First and last column, along x and along z, that a rectangle covers; the nearest columns if it lies outside of the box.
     #[inline(always)]
     fn columns_under(&self, rect: Rect) -> ([u32; 2], [u32; 2]) {
         let (low, high) = ((rect.min - self.rect.min) * self.per_metre, (rect.max - self.rect.min) * self.per_metre);
@@ -123,7 +123,7 @@ impl ReceiverColumns {
         ([(low.x as u32).min(last_x), (high.x as u32).min(last_x)], [(low.y as u32).min(last_z), (high.y as u32).min(last_z)])
     }
 
-    /// Slabs of the columns under a rectangle that meets the box.
+    /// Slabs of the columns that a rectangle covers.
     #[inline(always)]
     pub fn under(&self, rect: Rect) -> ColumnSlabs {
         let ([x0, x1], [z0, z1]) = self.columns_under(rect);

@@ -10,24 +10,24 @@ use super::slices;
 /// Counters of a frame.
 #[derive(Default)]
 pub struct Counters {
-    /// Culling and clamping.
+    /// Counters of culling and clamping.
     pub culling: CullStatistics,
-    /// Draws of beams.
+    /// Number of draws of beams.
     pub draws: u64,
-    /// Shadow queries.
+    /// Number of shadow queries.
     pub queries: u64,
-    /// Leaves culled in shadow.
+    /// Leaves of the hierarchy culled because they are in shadow.
     pub leaves_culled: u64,
     /// Beams in these leaves.
     pub beams_shadowed: u64,
-    /// Receivers' boxes of which the eye sees nothing.
+    /// Boxes of receivers that are hidden from the eye.
     pub boxes_hidden: u64,
     /// Flux of the beams culled in shadow, W summed over RGB.
     pub shadowed_w: f64,
 }
 
 impl Counters {
-    /// Adds a light's numbers.
+    /// Adds the counters of one light.
     pub fn add(&mut self, beams: &LightBeams, shadowed: &Shadowed, culling: &CullStatistics, accepted: &[ClampedBeam]) {
         self.culling.add(culling);
         self.draws += accepted.iter().map(|beam| 2 * slices::runs(beam.slabs).count() as u64).sum::<u64>();
@@ -42,7 +42,7 @@ impl Counters {
         }
     }
 
-    /// All counters by name.
+    /// Name and value of every counter.
     #[must_use]
     pub fn named(&self, receivers: &Receivers, beams: &[LightBeams]) -> Vec<(String, u64)> {
         let CullStatistics { out_of_view, missed, clamped, drawn, beam_tests, node_tests } = self.culling;
@@ -67,7 +67,7 @@ impl Counters {
     }
 }
 
-/// Seconds that the parts of frame building took.
+/// Seconds spent in the parts of frame building.
 #[derive(Default)]
 pub struct Seconds {
     /// Making beams.
@@ -81,14 +81,14 @@ pub struct Seconds {
 }
 
 impl Seconds {
-    /// All times by name.
+    /// Name and value of every time, in seconds.
     #[must_use]
     pub fn named(&self) -> Vec<(&'static str, f64)> {
         vec![("beams", self.beams), ("queries", self.queries), ("culling", self.culling), ("draws", self.draws)]
     }
 }
 
-/// Adds the time that `work` takes to a sum.
+/// Runs `work` and adds the seconds it takes to `sum`.
 pub fn timed<R>(clock: fn() -> f64, sum: &mut f64, work: impl FnOnce() -> R) -> R {
     let start = clock();
     let result = work();

@@ -1,7 +1,7 @@
-//! Which beams are drawn, and between which planes: frustum culling, and clamping to receivers' boxes [BO §3.2, §3.3].
+//! Frustum culling of beams, and clamping to the boxes of receivers [BO §3.2, §3.3].
 //!
-//! The test of a single beam defines the result. The hierarchical culler returns a result for a node only if it holds for every beam in it;
-//! otherwise it recurses. So both give the same list.
+//! The test of a single beam defines the result. The hierarchical culler returns a result for a node only if it holds for every beam in the node;
+//! otherwise it recurses. Both therefore give the same list.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -17,7 +17,7 @@ use super::columns::ReceiverColumns;
 use super::hierarchy::{Hierarchy, Node, Rect, Span, triangles};
 use super::slices::{Slabs, Slices};
 
-/// A node whose distance to a side of the view is below this share of the scene's size is undecided: its beams are tested.
+/// A node that is nearer to a side of the view than this share of the scene's size is undecided: its beams are tested one by one.
 const DOUBT: f32 = 1.0e-5;
 
 /// Culls beams against the view and clamps them to receivers.
@@ -26,35 +26,35 @@ pub struct Culler<'a> {
     sides: Vec<Plane>,
     camera: CameraUniform,
     columns: &'a [ReceiverColumns],
-    /// The boxes, by place in `columns`, of which the eye sees anything.
+    /// Indices in `columns` of the boxes of which the eye sees anything.
     boxes: Vec<usize>,
     slices: &'a Slices,
-    /// All slabs, if beams are not clamped.
+    /// Every slab, if beams are not clamped; otherwise `None`.
     all: Option<Slabs>,
-    /// Heights of the parent beams' planes.
+    /// Heights of the planes of parent beams.
     pub span: Span,
     doubt: f32,
 }
 
-/// Numbers of beams by what became of them, and of tests.
+/// Numbers of beams by outcome, and numbers of tests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CullStatistics {
     /// Beams out of view.
     pub out_of_view: u64,
-    /// Beams in view that meet no receiver's box.
+    /// Beams in view that meet no box of receivers.
     pub missed: u64,
-    /// Accepted beams that are drawn in part.
+    /// Accepted beams that are drawn only in some slabs.
     pub clamped: u64,
     /// Accepted beams.
     pub drawn: u64,
-    /// Tests of beams against the view and against boxes.
+    /// Tests of single beams against the view and against boxes.
     pub beam_tests: u64,
     /// Tests of parent beams against the view and against boxes.
     pub node_tests: u64,
 }
 
 impl CullStatistics {
-    /// Adds the numbers of another light or part.
+    /// Adds the counters of another light or task.
     pub fn add(&mut self, other: &Self) {
         self.out_of_view += other.out_of_view;
         self.missed += other.missed;
@@ -68,15 +68,15 @@ impl CullStatistics {
 /// An accepted beam, clamped to slabs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClampedBeam {
-    /// Its triangle in the mesh.
+    /// Number of the beam's triangle in the mesh.
     pub triangle: u32,
     /// The slabs that it is drawn in; at least one.
     pub slabs: Slabs,
 }
 
 impl<'a> Culler<'a> {
-    /// For a camera, and the boxes of receivers of which the eye sees anything: `visible` by number of box. Without `clamp`, beams are accepted
-    /// whole.
+    /// For a camera and the boxes of receivers. `visible[number]` tells whether the eye sees anything of a box. Without `clamp`, accepted beams are
+    /// drawn in all slabs.
     #[must_use]
     pub fn new(
         camera: &CameraUniform,
@@ -95,14 +95,14 @@ impl<'a> Culler<'a> {
         Self { sides, camera: *camera, columns, boxes, slices, all, span, doubt: DOUBT * size.max(1.0e-3) }
     }
 
-    /// A point as it appears through the water surface, see [`CameraUniform::raise`].
+    /// The position at which a point appears through the water surface, see [`CameraUniform::raise`].
     fn raised(&self, p: Vec3) -> Vec3 {
         let v = self.camera.raise(nephroid_math::vector::v3(p.x, p.y, p.z));
         Vec3::new(v.x, v.y, v.z)
     }
 
-    /// Whether a beam is out of view: all of it beyond one of the given sides. A beam appears bent at the mean level, because what is below
-    /// appears raised; so the test takes its vertices there, too.
+    /// Whether a beam is out of view: all of it beyond one of the given sides. Points below the mean level appear raised, so a beam appears bent at
+    /// that level, and the test includes its vertices there.
     fn is_out_of_view(&self, beam: &Beam, sides: Sides) -> bool {
         let level = self.camera.water.x;
         let mut points = [Vec3::ZERO; 9];
@@ -115,8 +115,8 @@ impl<'a> Culler<'a> {
         self.sides.iter().enumerate().any(|(k, side)| sides >> k & 1 == 1 && beyond(side))
     }
 
-    /// Slabs in which a beam meets receivers of the given boxes: the bounds of the beam between the slab's planes meet a column that has receivers
-    /// in the slab.
+    /// Slabs in which a beam meets receivers of the given boxes. A beam meets a slab's receivers if the beam's bounds between the slab's planes
+    /// overlap a column that has receivers in the slab.
     fn slabs_of(&self, beam: &Beam, boxes: impl Iterator<Item = usize>) -> Slabs {
         let mut slabs = 0;
         for index in boxes {
@@ -130,11 +130,11 @@ impl<'a> Culler<'a> {
             }
             let below = columns.under(bounds);
             if columns.rect.contains(bounds) {
-                // The beam stays over these columns at all heights, so it meets whatever all of them have.
+                // The beam stays over these columns at all heights, so it meets every slab that all of them have.
                 slabs |= below.every;
             }
             let mut left = below.any & !slabs;
-            // Neighbouring slabs share a plane: its section is kept.
+            // Neighbouring slabs share a plane, so its section is computed once.
             let mut above = (f32::NAN, Rect::EMPTY);
             while left != 0 {
                 let slab = left.trailing_zeros();
@@ -152,8 +152,8 @@ impl<'a> Culler<'a> {
         slabs
     }
 
-    /// Slabs in which a beam is drawn: the definition. `sides` of the view that the beam may be beyond; slabs `accepted` without a test, in which
-    /// the beam surely meets receivers.
+    /// Slabs in which a beam is drawn: the definition. `sides` are the sides of the view that the beam may be beyond. In slabs `accepted` the beam is
+    /// known to meet receivers and is not tested.
     fn of_beam(
         &self,
         beam: &Beam,
@@ -179,7 +179,7 @@ impl<'a> Culler<'a> {
         slabs
     }
 
-    /// Those of the given sides of the view that beams of a node may be beyond; `None` if all its beams are surely beyond one side.
+    /// Of the given sides of the view, those that beams of a node may be beyond; `None` if all beams of the node are beyond one side.
     fn sides_of(&self, node: &Node, sides: Sides) -> Option<Sides> {
         let level = self.camera.water.x.clamp(self.span.bottom_y, self.span.top_y);
         let mut points = [Vec3::ZERO; 12];
@@ -205,7 +205,7 @@ impl<'a> Culler<'a> {
         Some(unsure)
     }
 
-    /// All beams, whole.
+    /// Accepts every beam in all slabs.
     #[must_use]
     pub fn everything(&self, light: &LightBeams, shadowed: &[bool]) -> (Vec<ClampedBeam>, CullStatistics) {
         let slabs = self.all.unwrap_or_default();
@@ -215,7 +215,7 @@ impl<'a> Culler<'a> {
         self.gathered(std::iter::once((beams, CullStatistics::default())))
     }
 
-    /// Tests every beam of the mesh.
+    /// Tests every beam of the mesh separately: the paper's reference.
     #[must_use]
     pub fn one_by_one(&self, light: &LightBeams, shadowed: &[bool]) -> (Vec<ClampedBeam>, CullStatistics) {
         let triangles = light.of_triangle.len();
@@ -239,10 +239,10 @@ impl<'a> Culler<'a> {
         self.gathered(parts.into_iter())
     }
 
-    /// The same beams as [`Self::one_by_one`], found down the hierarchy.
+    /// Finds the same beams as [`Self::one_by_one`] by walking down the hierarchy.
     #[must_use]
     pub fn by_hierarchy(&self, light: &LightBeams, hierarchy: &Hierarchy, shadowed: &[bool]) -> (Vec<ClampedBeam>, CullStatistics) {
-        // By triangle, so that beams are in mesh order whatever the tree is like: light is summed in this order.
+        // Stored by triangle, so that beams come in mesh order whatever the tree is: light is summed in this order.
         let slabs: Vec<AtomicU64> = light.of_triangle.iter().map(|_| AtomicU64::new(0)).collect();
         let parts: Vec<CullStatistics> = (0..hierarchy.roots)
             .into_par_iter()
@@ -277,10 +277,10 @@ impl<'a> Culler<'a> {
     }
 }
 
-/// Triangles that one task tests.
+/// Triangles per parallel task.
 const PART: usize = 1024;
 
-/// Bounds of a beam's section at a height; a vertex below that height counts where it is.
+/// Bounds of a beam's section at a height. A vertex below that height counts at its own position.
 #[inline(always)]
 fn section_bounds(beam: &Beam, y: f32) -> Rect {
     let at = |i: usize| on_ray_xz(beam.g[i], beam.d[i], (beam.g[i].y - y).max(0.0));
@@ -293,20 +293,20 @@ type Sides = u32;
 
 const ALL_SIDES: Sides = 0b1111;
 
-/// A walk down one tree.
+/// A walk down one quadtree.
 struct Walk<'a> {
     culler: &'a Culler<'a>,
     light: &'a LightBeams,
     hierarchy: &'a Hierarchy,
     shadowed: &'a [bool],
-    /// Slabs of each triangle's beam.
+    /// Slabs of each triangle's beam, by triangle.
     slabs: &'a [AtomicU64],
     statistics: CullStatistics,
 }
 
 impl Walk<'_> {
-    /// `sides` of the view that beams of the node may be beyond; slabs `accepted`, in which every beam of the node meets receivers; `boxes` that
-    /// some beam may meet in other slabs.
+    /// Visits a node. `sides` are the sides of the view that beams of the node may be beyond; in slabs `accepted` every beam of the node meets
+    /// receivers; `boxes` are those that some beam may meet in other slabs.
     fn node(&mut self, index: u32, sides: Sides, accepted: Slabs, boxes: &[usize]) {
         let (culler, hierarchy) = (self.culler, self.hierarchy);
         let node = &hierarchy.nodes[index as usize];
@@ -330,8 +330,8 @@ impl Walk<'_> {
                 continue;
             }
             self.statistics.node_tests += 1;
-            // If the whole section of the node is in the box at one height, every beam meets the box there, and none needs a test [BO §3.3].
-            // Sections are exact below the troughs; above them a beam's vertex counts where it is.
+            // If the whole section of the node is inside the box at one height, every beam meets the box there, and none needs a test [BO §3.3].
+            // Sections are exact below the troughs; above them, a vertex of a beam counts at its own position.
             let section = |y: f32| node.section(culler.span, y);
             let passed = section(columns.y[0].min(culler.span.trough_y)).union(section(columns.y[1]));
             if !passed.meets(columns.rect) {
@@ -374,7 +374,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Beams of a node that shadow culling has left.
+    /// Number of beams of a node that shadow culling has kept.
     fn alive(&self, node: &Node) -> u64 {
         if self.shadowed.is_empty() {
             return u64::from(node.beams);

@@ -1,22 +1,22 @@
-//! What only this technique refuses: meshes of more beams than it can draw one by one.
+//! Errors of light-volumes: meshes that make more beams than can be drawn one by one.
 
 use crate::RenderError;
 
 /// More beams than can be drawn one by one.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LightVolumesError {
-    /// The water makes them.
+    /// The water mesh makes them.
     #[error(
         "light-volumes draws each beam by itself: a grid of {columns}x{rows} makes {triangles} of them, at most {limit} are allowed; lower `light_volumes.grid`"
     )]
     TooManyBeams {
         /// Columns of vertices of the water mesh.
         columns: u32,
-        /// Rows of vertices.
+        /// Rows of vertices of the water mesh.
         rows: u32,
-        /// Its triangles.
+        /// Triangles of the water mesh.
         triangles: u64,
-        /// Most there may be.
+        /// Most beams allowed.
         limit: u64,
     },
     /// A mirror or a body of glass makes them.
@@ -24,7 +24,7 @@ pub enum LightVolumesError {
     TooManyGenerators {
         /// Name of the object.
         object: String,
-        /// Most there may be.
+        /// Most beams allowed.
         limit: u64,
     },
 }

@@ -1,4 +1,4 @@
-//! The passes of the beams: two draws for each run of slabs, one that counts and one that adds light and resets the count [BO §3.2].
+//! The passes of the beams. Each run of slabs has two draws: one counts in the stencil, one adds light and resets the count [BO §3.2].
 
 use std::sync::Arc;
 
@@ -23,25 +23,25 @@ use super::settings::{Gather, LightVolumes};
 use super::shaders::{self, BeamSlot, BeamsUniform, RelightUniform};
 use super::slices::{Slices, runs};
 
-/// Stencil value outside of all beams, in the middle of the range so that counts can go both ways [decision E2].
+/// Stencil value outside of all beams, in the middle of the range so that counts can go up and down [decision E2].
 pub const REFERENCE: u32 = 128;
 
-/// Bytes from one beam's uniforms to the next.
+/// Distance in bytes between the uniforms of consecutive beams.
 const SLOT_BYTES: u32 = size_of::<BeamSlot>() as u32;
 
-/// Beams whose draws one task makes.
+/// Beams per parallel task that makes draws.
 const BEAMS_PER_TASK: usize = 1024;
 
-/// The textures that light is summed in.
+/// Textures in which light is summed.
 #[derive(Clone, Debug)]
 pub struct Targets {
     /// Irradiance and optional layers.
     pub caustic: CausticTargets,
-    /// Sums of intensities (one), or of vectors by red, green and blue light (three); none if irradiance is summed directly.
+    /// Per-light sums: intensities (one texture), or vectors for red, green and blue light (three textures). Empty if irradiance is summed directly.
     pub sums: Vec<TextureId>,
 }
 
-/// How the technique sees the scene.
+/// How the technique views the scene.
 #[must_use]
 pub fn view(settings: &LightVolumes) -> ViewOptions {
     ViewOptions {
@@ -76,19 +76,19 @@ pub struct LightPass<'a> {
     pub light: &'a FrameLight,
     /// Its beams.
     pub beams: &'a LightBeams,
-    /// The accepted ones.
+    /// The beams accepted by culling.
     pub accepted: &'a [ClampedBeam],
-    /// Planes, vertices and indices.
+    /// Slicing planes, dummy vertices and indices.
     pub slices: &'a Slices,
     /// Whether the eye may be inside of a beam.
     pub eye_inside: bool,
-    /// Whether the beams are in water: then the medium attenuates them, shadow maps tell which vertices are lit, and objects under water cast
+    /// Whether the beams are in water. If so, the medium attenuates them, a shadow map decides which vertices are lit, and objects under water cast
     /// shadows.
     pub in_water: bool,
 }
 
 impl LightPass<'_> {
-    /// Adds the passes to a frame.
+    /// Adds the light's passes to a frame.
     pub fn add(&self, builder: &mut FrameBuilder<'_>, targets: &Targets) {
         let settings = self.settings;
         let number = self.light.number;
@@ -171,7 +171,8 @@ impl LightPass<'_> {
         &self.beams.beams[self.beams.of_triangle[accepted.triangle as usize] as usize]
     }
 
-    /// Pipeline targets and attachments of the beams. Intensities and vectors are summed per light; irradiance, direction and count over all lights.
+    /// Pipeline targets and attachments of the beams. Intensities and vectors are summed per light; irradiance, direction and count are summed over
+    /// all lights.
     fn attachments(&self, targets: &Targets) -> (Vec<Option<ColorTargetState>>, Vec<Option<ColorAttachment>>) {
         let per_light = |texture| Sum { texture, format: TextureFormat::Rgba32Float, clear: true };
         let mut sums: Vec<Option<Sum>> = match targets.sums.as_slice() {
@@ -183,7 +184,7 @@ impl LightPass<'_> {
         additive(&sums)
     }
 
-    /// Turns sums into irradiance.
+    /// Converts the sums to irradiance.
     fn relight(&self, builder: &mut FrameBuilder<'_>, targets: &Targets) {
         let to_light = shaders::to_light(self.light.uniform.refracted.truncate(), self.settings.radiometry);
         let vectors = if targets.sums.len() > 1 { 1.0 } else { 0.0 };
@@ -217,11 +218,11 @@ pub fn clear_irradiance(builder: &mut FrameBuilder<'_>, targets: &Targets) {
     builder.frame.passes.push(Pass { label: "light_volumes".into(), color, ..Pass::default() });
 }
 
-/// Depth and stencil state of beams' draws: of those that count (`counts`) and of those that add light.
+/// Depth and stencil state of the beams' draws: of those that count (`counts`), or of those that add light.
 ///
 /// Counting: front faces before the receiver count up, back faces before it count down. If the eye may be inside of a beam, front faces behind the
-/// receiver count down and back faces behind it count up. Adding light: where the count is not the reference; the draw puts the reference back
-/// [decision E2].
+/// receiver count down and back faces behind it count up. Adding light: drawn where the count differs from the reference; the draw sets the count
+/// back to the reference [decision E2].
 #[must_use]
 pub fn stencil_state(format: TextureFormat, eye_inside: bool, counts: bool) -> DepthStencilState {
     let (up, down) = (StencilOperation::IncrementWrap, StencilOperation::DecrementWrap);

@@ -1,4 +1,4 @@
-//! What makes beams in a frame: the water surface, or mirrors and glass.
+//! The generators of beams in a frame: the water surface, or mirrors and glass.
 
 use nephroid_scene::water::HeightField;
 use nephroid_scene::{Radiometry, Scene};
@@ -11,13 +11,13 @@ use super::settings::LightVolumes;
 use super::specular::{self, Specular};
 use super::{LightVolumesError, MAX_BEAMS};
 
-/// Generators of a frame, with what their beams depend on.
+/// The generators of a frame, and the inputs of their beams.
 pub struct Generators<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The technique's settings.
     pub settings: &'a LightVolumes,
-    /// Receivers, which the beams end below.
+    /// Receivers: beams end below the lowest one.
     pub receivers: &'a Receivers,
     /// The water surface.
     pub field: Option<&'a HeightField>,
@@ -25,7 +25,7 @@ pub struct Generators<'a> {
     pub specular: Option<&'a Specular>,
 }
 
-/// A light's beams, and how they are sliced and grouped.
+/// A light's beams, with their slicing and grouping.
 pub struct GeneratedBeams {
     /// The beams.
     pub beams: LightBeams,
@@ -33,11 +33,11 @@ pub struct GeneratedBeams {
     pub span: Span,
     /// Height of the first slicing plane, m: the mean level of the generators.
     pub level: f32,
-    /// Columns and rows of vertices of the mesh that has two triangles for each cell.
+    /// Columns and rows of vertices of the mesh, which has two triangles per cell.
     pub grid: (u32, u32),
-    /// Trees along columns and rows.
+    /// Number of quadtrees along columns and rows.
     pub buckets: (u32, u32),
-    /// How often each tree is cut.
+    /// How many times each tree is subdivided.
     pub levels: u32,
 }
 
@@ -71,23 +71,23 @@ impl Generators<'_> {
         let heights = beams.beams.iter().flat_map(|beam| beam.g.map(|g| g.y));
         let heights = heights.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
         let span = self.span(if beams.beams.is_empty() { (0.0, 0.0) } else { heights });
-        // One row of cells: a tree over a space-filling curve, cut in two twice where a quadtree is cut in four.
+        // One row of cells: a tree over a space-filling curve, halved twice where a quadtree is divided into four.
         let grid = (specular::cells(&beams) + 1, 2);
         let buckets = (settings.buckets.0 * settings.buckets.1, 1);
         Ok(Some(GeneratedBeams { beams, span, level: span.top_y, grid, buckets, levels: 2 * settings.levels }))
     }
 
-    /// Heights that the beams span, from the least and the greatest height of the generators.
+    /// Heights that the beams span, given the least and the greatest height of the generators.
     fn span(&self, (low, high): (f32, f32)) -> Span {
         let bounds = self.receivers.bounds;
         let floor = if bounds.is_empty() { low } else { bounds.min.y.min(low) };
-        // A body needs some height, even with nothing below it.
+        // A beam needs some height, even if nothing lies below it.
         let bottom_y = floor - self.settings.depth_below_floor_m.max(1.0e-3 * (1.0 + high.abs()));
         Span { top_y: high, trough_y: low, bottom_y }
     }
 }
 
-/// Refuses a water mesh of more than [`MAX_BEAMS`] triangles before anything is made of it.
+/// Refuses a water mesh of more than [`MAX_BEAMS`] triangles before any beam is made.
 ///
 /// # Errors
 /// [`LightVolumesError::TooManyBeams`].

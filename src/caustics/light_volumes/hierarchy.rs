@@ -1,4 +1,4 @@
-//! Quadtrees over the water, and parent beams: a body around all beams of a node [BO §3.3].
+//! Quadtrees over the water, and parent beams: bounding volumes around all beams of a node [BO §3.3].
 //!
 //! A parent beam is the convex hull of two level rectangles, one on a plane above all crests and one on the lowest slicing plane. Every ray of the
 //! node, extended to both planes, starts in the upper rectangle and ends in the lower one. At any height in between it lies in the rectangle
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::beams::geometry::on_ray_xz;
 use crate::beams::{LightBeams, NONE};
 
-/// Rectangles are widened by this share of their coordinates, more than rounding moves a ray.
+/// Rectangles are widened by this share of their coordinates, which is more than the rounding error of a ray.
 const SLACK: f32 = 1.0e-5;
 
 /// A rectangle in x and z.
@@ -33,17 +33,17 @@ impl Rect {
     pub fn including(self, p: Vec2) -> Self {
         Self { min: self.min.min(p), max: self.max.max(p) }
     }
-    /// The smallest rectangle around both.
+    /// The smallest rectangle around both rectangles.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
-    /// Whether they have a point in common.
+    /// Whether both rectangles have a point in common.
     #[must_use]
     pub fn meets(self, other: Self) -> bool {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
-    /// Whether all of the other is in this one.
+    /// Whether this rectangle contains all of the other.
     #[must_use]
     pub fn contains(self, other: Self) -> bool {
         self.min.cmple(other.min).all() && other.max.cmple(self.max).all()
@@ -62,7 +62,7 @@ impl Rect {
 pub struct Span {
     /// Upper plane: above all generators.
     pub top_y: f32,
-    /// Lowest point of the generators.
+    /// Height of the lowest point of the generators.
     pub trough_y: f32,
     /// Lower plane: the lowest slicing plane.
     pub bottom_y: f32,
@@ -88,17 +88,17 @@ impl Cells {
 /// A node of a quadtree.
 #[derive(Clone, Debug)]
 pub struct Node {
-    /// Its part of the mesh. A cell has the two triangles between its four vertices.
+    /// The node's cells of the mesh. A cell has the two triangles between its four vertices.
     pub cells: Cells,
-    /// Its children's places; empty for a leaf.
+    /// Indices of the node's children; empty for a leaf.
     pub children: Range<u32>,
-    /// Levels below it.
+    /// Levels below the node.
     pub levels: u32,
     /// The parent beam on the upper plane; empty if no triangle of the node has a beam.
     pub top: Rect,
     /// The parent beam on the lower plane.
     pub bottom: Rect,
-    /// Beams in it.
+    /// Number of beams in the node.
     pub beams: u32,
 }
 
@@ -123,10 +123,10 @@ impl Node {
     }
 }
 
-/// All quadtrees.
+/// All quadtrees of a mesh.
 #[derive(Clone, Debug)]
 pub struct Hierarchy {
-    /// Parents before their children; the roots come first.
+    /// All nodes, parents before their children, roots first.
     pub nodes: Vec<Node>,
     /// Number of roots.
     pub roots: usize,
@@ -135,7 +135,7 @@ pub struct Hierarchy {
 }
 
 impl Hierarchy {
-    /// `buckets` quadtrees along x and z over a mesh of `vertices`, each cut `levels` times, or until there is one cell.
+    /// `buckets` quadtrees along x and z over a mesh of `vertices`, each subdivided `levels` times or until one cell is left.
     #[must_use]
     pub fn new(vertices: (u32, u32), buckets: (u32, u32), levels: u32) -> Self {
         let (columns, rows) = (vertices.0 - 1, vertices.1 - 1);
@@ -167,7 +167,7 @@ impl Hierarchy {
         Node { cells: Cells { columns, rows }, children: 0..0, levels, top: Rect::EMPTY, bottom: Rect::EMPTY, beams: 0 }
     }
 
-    /// Fits the parent beams to a light's beams.
+    /// Fits the parent beams to the beams of a light.
     pub fn update(&mut self, light: &LightBeams, span: Span) {
         let columns = self.columns;
         self.nodes.par_iter_mut().with_min_len(64).filter(|node| node.children.is_empty()).for_each(|node| {
@@ -180,7 +180,7 @@ impl Hierarchy {
                     beam.g.iter().zip(&beam.d).for_each(|(&g, &d)| around.add(g, d));
                 }
             } else {
-                // Neighbouring triangles share their vertices: a sixth of the work.
+                // Neighbouring triangles share their vertices, so visiting vertices is a sixth of the work.
                 for row in node.cells.rows.start..=node.cells.rows.end {
                     let first = row * (columns + 1);
                     let vertices = (first + node.cells.columns.start) as usize..=(first + node.cells.columns.end) as usize;
@@ -203,7 +203,7 @@ impl Hierarchy {
     }
 }
 
-/// Bounds of rays on both planes of a span; of four coordinates, x and z count.
+/// Bounds of rays on both planes of a span. Of the four coordinates only x and z are used.
 struct Around {
     planes_y: [f32; 2],
     low: [Vec4; 2],
@@ -215,7 +215,7 @@ impl Around {
         Self { planes_y: [span.top_y, span.bottom_y], low: [Vec4::INFINITY; 2], high: [Vec4::NEG_INFINITY; 2] }
     }
 
-    /// Adds a ray as in [`Beam`](crate::beams::Beam); NaN, which stands for no ray, changes nothing.
+    /// Adds a ray as in [`Beam`](crate::beams::Beam). NaN, which marks a missing ray, changes nothing.
     #[inline(always)]
     fn add(&mut self, g: Vec4, d: Vec4) {
         for k in 0..2 {
@@ -232,14 +232,14 @@ impl Around {
     }
 }
 
-/// A range cut into `count` parts of about equal length, without the empty ones.
+/// A range divided into `count` parts of about equal length, without empty parts.
 fn parts(range: &Range<u32>, count: u32) -> impl Iterator<Item = Range<u32>> + use<> {
     let (start, length) = (u64::from(range.start), range.len() as u64);
     let at = move |k: u64| (start + length * k / u64::from(count)) as u32;
     (0..u64::from(count)).map(move |k| at(k)..at(k + 1)).filter(|part| !part.is_empty())
 }
 
-/// The triangles of some cells.
+/// The triangles of a set of cells.
 pub fn triangles(columns: u32, cells: &Cells) -> impl Iterator<Item = u32> + use<> {
     let across = cells.columns.clone();
     cells.rows.clone().flat_map(move |row| across.clone().flat_map(move |column| [0, 1].map(|k| 2 * (row * columns + column) + k)))

@@ -7,7 +7,7 @@
 //!
 //! | File | What |
 //! |---|---|
-//! | `builder` | builds frames: the order of all that follows |
+//! | `builder` | builds frames: the order of all steps below |
 //! | `generators`, `specular` | beams of the water, of mirrors and glass |
 //! | `slices` | slicing planes and dummy vertices |
 //! | `boxes`, `columns` | receivers that beams are clamped to |
@@ -16,7 +16,7 @@
 //! | `frame`, `shaders` | passes and programs |
 //! | `counters` | counters and times |
 //!
-//! Decisions the paper leaves open, in full in `docs/techniques/light-volumes.md`:
+//! Decisions where the paper leaves a choice, in full in `docs/techniques/light-volumes.md`:
 //! - E1 two radiometries: `paper` has neither cosine, `physical` conserves flux;
 //! - E2 counts go both ways from a reference in the middle, and wrap; bodies are closed; for an eye under water, faces behind receivers count;
 //! - E3 light is computed at the receiver, or read from the first face in the order of the index buffer;
@@ -24,7 +24,7 @@
 //! - E5 `physical` has attenuation, `paper` has none;
 //! - E6 vectors are clamped after the sum, irradiances beam by beam;
 //! - E7 nodes are not queried below a node where no leaf can be in shadow enough;
-//! - E8 shadows of objects under water are an option beyond the paper;
+//! - E7 below a node where no leaf can reach the shadow ratio for culling, no node is queried;
 //! - E9 a shadow's edge is interpolated over one cell of the mesh.
 
 pub mod boxes;
@@ -55,10 +55,10 @@ use builder::LightVolumesBuilder;
 use shaders::{BeamsUniform, RelightUniform};
 use slices::SliceVertex;
 
-/// Most beams of a light: each takes 256 bytes of uniforms and at least two draws. A mesh of 1025x1025 vertices makes as many.
+/// Most beams of a light. Each takes 256 bytes of uniforms and at least two draws. A mesh of 1025x1025 vertices makes this many.
 pub const MAX_BEAMS: u64 = 1 << 21;
 
-/// The technique, as a line of the table.
+/// The technique, as a row of the table.
 pub const TECHNIQUE: &dyn Technique = &LightVolumesTechnique;
 
 struct LightVolumesTechnique;
@@ -89,7 +89,7 @@ impl Technique for LightVolumesTechnique {
     fn layouts(&self) -> Vec<Layout> {
         vec![layout!(BeamsUniform: sigma_t, planes), layout!(SliceVertex: plane_y, corner), layout!(RelightUniform: to_light)]
     }
-    /// Mirrors and glass with fewer triangles, each of which is drawn by itself.
+    /// Reduces the triangles of mirrors and glass, because each of them makes a beam that is drawn separately.
     fn coarsen(&self, scene: &mut Scene) {
         scene.techniques.edit::<LightVolumes>().generator_edge = 0.5;
         for object in scene.objects.iter_mut().filter(|object| !matches!(object.material, Material::Diffuse { .. })) {

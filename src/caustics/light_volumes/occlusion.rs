@@ -1,7 +1,7 @@
-//! Receivers that others hide: boxes of which the eye sees nothing clamp no beams [BO §5, future work].
+//! Receivers hidden by others: boxes of which the eye sees nothing do not clamp beams [BO §5, future work].
 //!
-//! The receivers are drawn into a depth buffer as the eye sees them. Each box is then tested against it by an occlusion query. The faces of a box
-//! lie before everything in it; so if they are hidden, everything in the box is.
+//! The receivers are drawn into a depth buffer from the eye. An occlusion query then tests each box against it. The faces of a box lie before
+//! everything inside; if they are hidden, everything inside is hidden, too.
 
 use std::sync::Arc;
 
@@ -22,14 +22,14 @@ use nephroid_scene::{Camera, Material, Scene};
 
 use super::boxes::ReceiverBox;
 
-/// Vertices of a box's faces, as bits of x, y and z: two triangles each.
+/// Vertices of a box's faces (two triangles each), as bits of x, y and z.
 const FACES: [[u8; 6]; 6] =
     [[0, 2, 6, 0, 6, 4], [1, 5, 7, 1, 7, 3], [0, 4, 5, 0, 5, 1], [2, 3, 7, 2, 7, 6], [0, 1, 3, 0, 3, 2], [4, 6, 7, 4, 7, 5]];
 
-/// Vertices of a box.
+/// Number of vertices of a drawn box.
 const BOX_VERTICES: u32 = 36;
 
-/// Which boxes the eye sees anything of. The passes are added to the builder's frame.
+/// For each box, whether the eye sees anything of it. The passes of the queries are added to the builder's frame.
 ///
 /// # Errors
 /// If the queries cannot run.
@@ -47,7 +47,7 @@ pub fn visible_boxes(device: &Device, builder: &mut FrameBuilder<'_>, boxes: &[R
     Ok(visible)
 }
 
-/// The receivers as occluders, and the boxes as shapes.
+/// Describes the queries: receivers as occluders, boxes as shapes.
 fn describe(builder: &FrameBuilder<'_>, boxes: &[ReceiverBox]) -> OcclusionQueries {
     let (scene, receivers) = (builder.scene, builder.receivers);
     let label = "receiver_query_depth";
@@ -80,7 +80,7 @@ fn query_pipeline(frame: &mut Frame, label: &str, compare: CompareFunction, writ
     })
 }
 
-/// The part of a box that caustic light can reach: below the water's level. What is above is not lit, and would appear bent at the surface.
+/// The part of a box that caustic light can reach: below the water's level. The part above is not lit, and would appear bent at the surface.
 fn lit_part(scene: &Scene, of: &ReceiverBox) -> Aabb {
     let mut bounds = of.bounds;
     if let Some(water) = &scene.water {
@@ -89,13 +89,13 @@ fn lit_part(scene: &Scene, of: &ReceiverBox) -> Aabb {
     bounds
 }
 
-/// Whether the eye is so near to a box that the near plane may cut its faces away.
+/// Whether the eye is so close to a box that the near plane may clip its faces.
 fn eye_is_in(scene: &Scene, of: &ReceiverBox) -> bool {
     let near = match scene.camera {
         Camera::Perspective { near_m, fov_deg, .. } => {
             let (sin, cos) = sin_cos_deg(fov_deg * 0.5);
             let aspect = scene.image.width as f32 / scene.image.height as f32;
-            // No vertex of the near plane is farther from the eye.
+            // The corners of the near plane are at most this far from the eye.
             near_m * (1.0 + (sin / cos) as f32 * (1.0 + aspect))
         }
         Camera::Orthographic { .. } => return true,

@@ -22,32 +22,32 @@ use nephroid_scene::water::HeightField;
 
 use super::hierarchy::{Cells, Hierarchy, triangles};
 
-/// Largest shadow map of the queries, texels along a side: they measure areas and need no fine edges.
+/// Largest shadow map of the queries, in texels along a side. The queries measure areas and need no fine edges.
 const MAX_MAP_SIZE: u32 = 512;
 
-/// Vertices of a node's top.
+/// Number of vertices of a node's top.
 const TOP_VERTICES: u32 = 6;
 
 /// Result of the queries of one light.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shadowed {
-    /// Per triangle of the mesh, whether it is culled; empty if no query was made.
+    /// By triangle of the mesh, whether its beam is culled; empty if no query was made.
     pub triangles: Vec<bool>,
-    /// Nodes queried, level by level.
+    /// Numbers of the nodes queried, by level.
     pub levels: Vec<Vec<u32>>,
-    /// Leaves culled.
+    /// Number of leaves culled.
     pub leaves: u64,
 }
 
 impl Shadowed {
-    /// Queries made.
+    /// Number of queries made.
     #[must_use]
     pub fn queries(&self) -> u64 {
         self.levels.iter().map(|level| level.len() as u64).sum()
     }
 }
 
-/// Whether an object above the water could cast a shadow on it: whether their bounds overlap in the light's view [BO §5].
+/// Whether an object above the water could cast a shadow on the water: whether their bounds overlap in the light's view [BO §5].
 #[must_use]
 pub fn can_shade(receivers: &Receivers, casters: &[&ReceiverGroup], light: &LightUniform, water: Aabb) -> bool {
     let flat = |p: Vec3| (light.clip_from_world.project_point3(p)).with_z(0.0);
@@ -66,15 +66,15 @@ pub struct ShadowQueries<'a> {
     pub receivers: &'a Receivers,
     /// Receivers that can cast a shadow on the water.
     pub casters: &'a [&'a ReceiverGroup],
-    /// The surface.
+    /// The water surface.
     pub field: &'a HeightField,
-    /// Its nodes.
+    /// The quadtrees over the surface.
     pub hierarchy: &'a Hierarchy,
     /// The light.
     pub light: &'a LightUniform,
     /// Number of the light.
     pub number: usize,
-    /// Size of its shadow map.
+    /// Size of the shadow map, in texels along a side.
     pub map_size: u32,
 }
 
@@ -83,7 +83,7 @@ impl ShadowQueries<'_> {
         self.map_size.min(MAX_MAP_SIZE)
     }
 
-    /// The light with its map cropped to the nodes, so that each leaf covers many texels.
+    /// The light with its shadow map cropped to the nodes, so that each leaf covers many texels.
     fn cropped(&self) -> LightUniform {
         let corners = self.hierarchy.nodes.iter().filter(|node| !node.is_empty()).flat_map(|node| self.top(&node.cells));
         let seen = corners.map(|p| self.light.clip_from_world.project_point3(p).truncate());
@@ -92,7 +92,7 @@ impl ShadowQueries<'_> {
         if !(size.is_finite() && size.min_element() > 0.0) {
             return *self.light;
         }
-        // One texel of margin, so that rounding loses none at the rim.
+        // One texel of margin, so that rounding loses no texel at the edge.
         let scale = 2.0 / (size * (1.0 + 2.0 / self.size() as f32));
         let shift = -(low + high) * 0.5 * scale;
         let crop = Mat4::from_cols(Vec4::X * scale.x, Vec4::Y * scale.y, Vec4::Z, Vec4::new(shift.x, shift.y, 0.0, 1.0));
@@ -105,7 +105,7 @@ impl ShadowQueries<'_> {
         [(c.start, r.start), (c.start, r.end), (c.end, r.end), (c.end, r.start)].map(|(c, r)| self.field.position_ws(c, r))
     }
 
-    /// Texels of the map that a node's top covers.
+    /// Number of texels of the map that a node's top covers.
     fn coverage(&self, cells: &Cells) -> f64 {
         let half = f64::from(self.size()) * 0.5;
         let corners = self.top(cells).map(|p| self.light.clip_from_world.project_point3(p).as_dvec3() * half);
@@ -113,7 +113,7 @@ impl ShadowQueries<'_> {
         0.5 * (cross(0) + cross(1) + cross(2) + cross(3)).abs()
     }
 
-    /// The casters as occluders, and the nodes' tops as shapes.
+    /// Describes the queries: casters as occluders, tops of nodes as shapes.
     fn describe(&self) -> OcclusionQueries {
         let mut frame = Frame::default();
         let label = format!("shadow_query_map {}", self.number);
@@ -121,7 +121,7 @@ impl ShadowQueries<'_> {
         let depth = frame.texture(TextureDescriptor::d2(label.clone(), size, size, TextureFormat::Depth32Float));
         let light = frame.buffer(format!("query light {}", self.number), Arc::new(Buffer::from_value(self.light)));
         let state = |compare, write, bias| Some(depth_state(TextureFormat::Depth32Float, compare, write, bias));
-        // The map is pushed back a little, so that objects standing in the water do not shade the surface around them.
+        // The depths of casters are biased away from the light, so that objects standing in the water do not shade the surface around them.
         let bias = DepthBiasState { constant: 64, slope_scale: 1.0, clamp: 0.0 };
         let fill = frame.pipeline(RenderPipelineDescriptor {
             depth_stencil: state(CompareFunction::Less, true, bias),
@@ -153,7 +153,7 @@ impl ShadowQueries<'_> {
         frame.buffer(format!("query tops {}", self.number), Arc::new(Buffer::from_slice(&vertices)))
     }
 
-    /// Queries from the roots down, and culls leaves with more than `least_ratio` of their area in shadow. The passes are added to `frame`.
+    /// Runs the queries from the roots down, and culls leaves with more than `least_ratio` of their area in shadow. The passes are added to `frame`.
     ///
     /// Below a node with shadow s, no leaf of area a can have a ratio above s/a. If that is at most S_min for the node's smallest leaf, the
     /// node's children are not queried. For equal parts over L levels, this is the paper's bound `ratio < S_min·4^−L`.
@@ -201,7 +201,7 @@ impl ShadowQueries<'_> {
     }
 }
 
-/// Per node, the coverage of the smallest leaf below it.
+/// By node, the coverage of the smallest leaf below it.
 fn smallest_leaves(hierarchy: &Hierarchy, coverage: &[f64]) -> Vec<f64> {
     let mut smallest = coverage.to_vec();
     for (index, node) in hierarchy.nodes.iter().enumerate().rev() {

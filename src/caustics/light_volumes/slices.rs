@@ -1,7 +1,7 @@
-//! The slicing planes, and how the dummy vertices on them make bodies [BO §3.2].
+//! The slicing planes, and the bodies made from dummy vertices on them [BO §3.2].
 //!
-//! All beams share one array of vertices, three per plane, and one array of indices. A beam that is clamped to a run of planes draws that part of
-//! the indices that has the walls between these planes and a cap at either end.
+//! All beams share one array of vertices, three per plane, and one array of indices. A beam that is clamped to a run of planes draws those indices
+//! that form the walls between these planes and a cap at either end.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use bytemuck::{Pod, Zeroable};
 
 use nephroid_pipeline::Buffer;
 
-/// Most planes: each slab between two neighbouring planes is one bit of a [`Slabs`].
+/// Most planes: a [`Slabs`] has one bit for each slab between two neighbouring planes.
 pub const MAX_PLANES: u32 = 64;
 
 /// A set of slabs, the spaces between neighbouring planes: bit k is the slab below plane k, counted from the surface down.
@@ -20,16 +20,16 @@ pub type Slabs = u64;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SliceVertex {
-    /// Height of the plane, m; above all water for the first one, which is the surface itself.
+    /// Height of the plane, m. The first plane is the surface itself and has a height above all water.
     pub plane_y: f32,
-    /// Vertex of the section, 0 to 2.
+    /// Number of the section's vertex, 0 to 2.
     pub corner: f32,
 }
 
-/// Ways to cut three walls along diagonals.
+/// Number of combinations of diagonals of the three walls, one bit each.
 const CUTS: usize = 8;
 
-/// Stands for the surface: higher than any vertex of it.
+/// Height that marks the surface: above every vertex of the water.
 const SURFACE_Y: f32 = 1.0e30;
 
 /// Planes, vertices and indices.
@@ -41,7 +41,7 @@ pub struct Slices {
     pub vertices: Arc<Buffer>,
     /// 32-bit indices.
     pub indices: Arc<Buffer>,
-    /// By the cuts of walls, first and last plane.
+    /// Range of indices of each body: by cuts of the walls, then by first and last plane.
     ranges: Vec<Range<u32>>,
 }
 
@@ -69,12 +69,12 @@ impl Slices {
     #[must_use]
     pub fn between(&self, low: f32, high: f32) -> Slabs {
         let slabs = self.planes_y.len() - 1;
-        // Crests rise over the first plane.
+        // Crests rise above the first plane, so the first slab has no upper end.
         let top = |k: usize| if k == 0 { f32::INFINITY } else { self.planes_y[k] };
         (0..slabs).filter(|&k| top(k) >= low && self.planes_y[k + 1] <= high).fold(0, |all, k| all | 1 << k)
     }
 
-    /// Heights of a slab, lower first, as far as they lie in `y`; crests rise over the first plane.
+    /// Heights of a slab, lower first, cut to the range `y`. Crests rise above the first plane.
     #[inline(always)]
     #[must_use]
     pub fn heights(&self, slab: u32, y: [f32; 2]) -> [f32; 2] {
@@ -83,7 +83,7 @@ impl Slices {
         [self.planes_y[slab + 1].max(y[0]), top]
     }
 
-    /// The indices of the body of a beam between two planes, with its walls cut as [`Beam::cuts`](crate::beams::Beam::cuts) says.
+    /// Indices of the body between two planes, with walls cut as [`Beam::cuts`](crate::beams::Beam::cuts) says.
     #[must_use]
     pub fn indices(&self, cuts: usize, planes: Range<u32>) -> Range<u32> {
         let count = self.planes_y.len();
@@ -91,7 +91,7 @@ impl Slices {
     }
 }
 
-/// First and last planes of every unbroken run of slabs.
+/// First and last plane of every unbroken run of slabs.
 pub fn runs(mut slabs: Slabs) -> impl Iterator<Item = Range<u32>> {
     std::iter::from_fn(move || {
         (slabs != 0).then(|| {
@@ -103,14 +103,14 @@ pub fn runs(mut slabs: Slabs) -> impl Iterator<Item = Range<u32>> {
     })
 }
 
-/// Indices of the bodies for all cuts and all pairs of planes, and each body's part of them, by cuts, first and last plane.
+/// The indices of all bodies, and the range of each body: by cuts, then by first and last plane.
 fn bodies(count: u32) -> (Vec<u32>, Vec<Range<u32>>) {
     let (mut indices, mut ranges) = (Vec::new(), Vec::new());
     for cuts in 0..CUTS {
         for first in 0..count {
             for last in 0..count {
                 let start = indices.len() as u32;
-                // Around a triangle, the edges cannot all start at the end that comes first, nor all at the other end.
+                // Around a triangle, the edges cannot all start at the vertex that comes first, nor all at the other one.
                 if first < last && cuts != 0 && cuts != CUTS - 1 {
                     body(&mut indices, cuts, first, last);
                 }
@@ -121,10 +121,10 @@ fn bodies(count: u32) -> (Vec<u32>, Vec<Range<u32>>) {
     (indices, ranges)
 }
 
-/// Walls between two planes and a cap at either end, anticlockwise seen from outside.
+/// Indices of the walls between two planes and of a cap at either end, counter-clockwise as seen from outside.
 ///
-/// The wall along an edge is cut from the top of the end that comes first, so that both beams at the edge cut it alike, and its triangles begin
-/// there: depth is interpolated from a triangle's first vertex and must have the same bits for both beams, or light is lost between them.
+/// The wall along an edge is cut from the top of the vertex that comes first, so both beams at the edge cut it alike. The wall's triangles start at
+/// that vertex, too: depth is interpolated from a triangle's first vertex and must have the same bits for both beams, or light is lost between them.
 fn body(indices: &mut Vec<u32>, cuts: usize, first: u32, last: u32) {
     for plane in first..last {
         let (top, bottom) = (3 * plane, 3 * plane + 3);

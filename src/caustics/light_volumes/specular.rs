@@ -1,8 +1,8 @@
-//! Beams of mirrors and glass, such as a ring on a table or a ball of glass: future work of the paper [BO §5].
+//! Beams of mirrors and glass, such as a ring on a table or a glass ball: future work of the paper [BO §5].
 //!
-//! The generators are the triangles that light meets first. From each of their vertices the light is followed, mirrored and refracted, until it
-//! leaves mirrors and glass for good; its beam begins there. Where glass splits the light, both parts are followed. Three vertices make a beam if
-//! their light has taken the same path: the same events at the same smooth pieces of surface.
+//! The generators are the triangles that light meets first. From each of their vertices light is followed through reflections and refractions until
+//! it has left mirrors and glass for good; its beam starts there. Where glass splits the light, both parts are followed. Three vertices make a beam
+//! if their light has taken the same path: the same events at the same smooth pieces of surface.
 
 mod paths;
 
@@ -20,7 +20,7 @@ use paths::{Path, Surfaces};
 /// All surfaces of the scene, and the generators among them.
 pub struct Specular {
     surfaces: Surfaces,
-    /// Generators: meshes fine enough for beams, with their number among the scene's objects.
+    /// Generators: meshes that are fine enough for beams, each with the number of its object in the scene.
     generators: Vec<(u32, Mesh)>,
 }
 
@@ -29,13 +29,14 @@ struct GeneratorVertex {
     /// Irradiance on a surface perpendicular to the light, W/m², linear RGB.
     irradiance: Vec3,
     direction: Vec3,
-    /// Whether the light arrives.
+    /// Whether the light reaches the vertex.
     lit: bool,
     paths: Vec<Path>,
 }
 
 impl Specular {
-    /// Reads the scene's objects; `None` if none of them mirrors or refracts. `edge`: longest edge of a generator, as a share of its object's size.
+    /// Reads the scene's objects; `None` if none is a mirror or glass. `edge`: longest edge of a generator's triangle, as a share of its object's
+    /// size.
     ///
     /// # Errors
     /// If a mesh cannot be made or loaded, or is cut into more than [`MAX_BEAMS`] triangles.
@@ -57,10 +58,10 @@ impl Specular {
         Ok(Some(Self { surfaces: Surfaces::new(meshes), generators }))
     }
 
-    /// A light's beams in the order of a space-filling curve. Light that goes up makes no beam.
+    /// A light's beams, in the order of a space-filling curve. Light that travels upwards makes no beam.
     ///
     /// # Errors
-    /// If there are more than [`MAX_BEAMS`].
+    /// If there are more than [`MAX_BEAMS`] beams.
     pub fn beams(&self, light: &Light, radiometry: Radiometry) -> Result<LightBeams, RenderError> {
         let mut found: Vec<(u64, Beam)> = Vec::new();
         let mut out = LightBeams::default();
@@ -95,7 +96,7 @@ impl Specular {
         out.beams = found.into_iter().map(|(_, beam)| beam).collect();
         out.energy.entered = out.beams.iter().map(|beam| beam.flux.truncate().as_dvec3().element_sum()).sum();
         out.energy.grazing = out.energy.incident - out.energy.entered;
-        // Two beams stand for the two triangles of a mesh's cell.
+        // Two beams correspond to the two triangles of a cell of a mesh.
         out.of_triangle = (0..out.beams.len() as u32).collect();
         out.of_triangle.resize(2 * cells(&out) as usize, NONE);
         Ok(out)
@@ -108,7 +109,7 @@ impl Specular {
     }
 }
 
-/// Number of pairs of beams, which stand for the cells of a water mesh.
+/// Number of pairs of beams. Each pair corresponds to a cell of a water mesh.
 pub fn cells(beams: &LightBeams) -> u32 {
     (beams.beams.len() as u32).div_ceil(2).max(1)
 }
@@ -117,7 +118,7 @@ fn is_specular(material: &Material) -> bool {
     !matches!(material, Material::Diffuse { .. })
 }
 
-/// Flux that arrives at a triangle, W summed over RGB, and the beams that it makes.
+/// Flux that arrives at a triangle, W summed over RGB, and the beams that this light makes.
 fn beams_of(positions: [Vec3; 3], vertices: [&GeneratorVertex; 3], radiometry: Radiometry) -> (f64, Vec<Beam>) {
     let cross = (positions[1] - positions[0]).cross(positions[2] - positions[0]);
     let area = 0.5 * cross.length();
@@ -153,7 +154,7 @@ fn beams_of(positions: [Vec3; 3], vertices: [&GeneratorVertex; 3], radiometry: R
     ((arriving * across).as_dvec3().element_sum(), beams.collect())
 }
 
-/// Place of a point of the unit cube on Morton's curve, 21 bits per axis.
+/// Position of a point of the unit cube on the Morton curve, 21 bits per axis.
 fn curve_position(p: Vec3) -> u64 {
     let spread = |v: f32| {
         let cell = (v.clamp(0.0, 1.0) * 2_097_151.0) as u64;

@@ -12,7 +12,7 @@ fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let exists = here.w > 0.0;
     var color = seen;
     if camera.water.z > 0.0 {
-        // The eye is under water: everything is seen through it.
+        // The eye is under water, so it sees everything through water.
         let distance = select(1.0e4, length(here.xyz - camera.eye_ws.xyz), exists);
         color = through_medium(environment.sigma_t.rgb, environment.inscatter.rgb, select(vec3<f32>(0.0), seen, exists), distance);
     } else if !exists {

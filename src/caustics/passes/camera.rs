@@ -1,4 +1,4 @@
-//! The camera as shaders see it, and the apparent depth of what lies under water.
+//! The camera's uniform, and the apparent depth of points under water.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, Vec4};
@@ -18,19 +18,19 @@ pub struct CameraUniform {
     pub eye_ws: Vec4,
     /// Target size in pixels and its inverse.
     pub size_px: Vec4,
-    /// Mean water level in metres; apparent depth over true depth; 1 if the eye is under water; 1 if there is water.
+    /// x: mean water level, m. y: apparent depth over true depth. z: 1 if the eye is under water. w: 1 if there is water.
     pub water: Vec4,
     /// Water extent in x and z: minimum x, minimum z, maximum x, maximum z, metres.
     pub extent: Vec4,
 }
 
 impl CameraUniform {
-    /// Where a point under water appears: its depth below the mean level times the apparent-depth ratio.
+    /// The apparent position of a point under water: its depth below the mean level times the apparent-depth ratio.
     ///
-    /// A plane of water raises what is under it: a ray that leaves the eye at θᵢ from the vertical goes on at θₜ, so depth
-    /// h appears as `h·tan θₜ/tan θᵢ` (for small angles h/n). The ratio is one number for the whole picture (that of the ray to the middle of
-    /// the water), so the map is affine: straight edges stay straight and convex volumes convex. The rest is left to [`Self::project`]'s callers,
-    /// which follow each pixel's own ray. A ratio of 1 is the plain view.
+    /// Points under a plane of water appear raised. A ray that leaves the eye at angle θᵢ from the vertical continues at θₜ in water, so depth h
+    /// appears as `h·tan θₜ/tan θᵢ` (for small angles h/n). One ratio is used for the whole picture, that of the ray to the middle of the water, so
+    /// the map is affine: straight edges stay straight and convex volumes convex. Callers of [`Self::project`] correct the rest by following each
+    /// pixel's own ray. A ratio of 1 is the plain view.
     #[inline(always)]
     pub fn raise<L: Lanes>(&self, p_ws: V3<L>) -> V3<L> {
         let depth = p_ws.y - self.water.x;
@@ -38,7 +38,7 @@ impl CameraUniform {
         v3(p_ws.x, L::select(depth.lt(depth.like(0.0)), raised, p_ws.y), p_ws.z)
     }
 
-    /// Clip-space position of a world-space point as it appears.
+    /// Clip-space position at which a world-space point appears.
     #[inline(always)]
     pub fn project<L: Lanes>(&self, p_ws: V3<L>) -> V4<L> {
         transform_point(&self.clip_from_world, self.raise(p_ws))
@@ -56,7 +56,7 @@ impl CameraUniform {
     pub fn view_direction<L: Lanes>(&self, p_ws: V3<L>) -> V3<L> {
         let eye = self.eye_ws;
         let to = v3(p_ws.x * eye.w - eye.x, p_ws.y * eye.w - eye.y, p_ws.z * eye.w - eye.z);
-        // A parallel camera keeps its direction in `eye_ws`, so what is left is minus that direction.
+        // For a parallel camera `eye_ws` is the direction of view, so `to` is minus that direction.
         let to = if eye.w == 0.0 { -to } else { to };
         to.normalize()
     }
@@ -80,14 +80,14 @@ impl CameraUniform {
     }
 }
 
-/// Apparent over true depth for a ray that comes down at `direction` (unit) into water of index `ior`: `tan θₜ/tan θᵢ`.
+/// Apparent over true depth for a ray that enters water of index `ior` with unit direction `direction`: `tan θₜ/tan θᵢ`.
 #[must_use]
 pub fn apparent_depth_ratio(direction: Vec3, ior: f32) -> f32 {
     let cos_i = direction.y.abs();
     let sin_i = (1.0 - cos_i * cos_i).max(0.0).sqrt();
     let sin_t = sin_i / ior;
     let cos_t = (1.0 - sin_t * sin_t).sqrt();
-    // sin θₜ/sin θᵢ is 1/n whatever the angle.
+    // sin θₜ/sin θᵢ is 1/n for every angle.
     (cos_i / (ior * cos_t)).max(0.05)
 }
 

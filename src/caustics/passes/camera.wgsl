@@ -9,7 +9,7 @@ struct CameraUniform {
     extent: vec4<f32>,
 }
 
-// Where a point under water appears.
+// The apparent position of a point under water.
 fn raise(camera: CameraUniform, p_ws: vec3<f32>) -> vec3<f32> {
     let depth = p_ws.y - camera.water.x;
     let raised = depth * camera.water.y + camera.water.x;

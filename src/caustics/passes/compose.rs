@@ -1,21 +1,21 @@
-//! Layers added up: `O(p) = Σₗ sₗ·Lₗ(p)`, where layers may be smaller than the result [PP10 §3, step 7, and §4.1].
+//! Sum of layers: `O(p) = Σₗ sₗ·Lₗ(p)`, where layers may be smaller than the result [PP10 §3, step 7, and §4.1].
 //!
-//! A layer of the result's size is read texel by texel. A smaller one is brought up by depth: joint bilateral upsampling [Kopf et al. 2007] over the
+//! A layer of the result's size is read texel by texel. A smaller one is upsampled by depth: joint bilateral upsampling [Kopf et al. 2007] over the
 //! 2x2 texels q around a pixel p,
 //!
 //! `L(p) = Σ_q I_q·f_q·g_q / Σ_q f_q·g_q`, with f the weights of linear interpolation and `g_q = 1 where |z_q − z_p| ≤ τ·z_p, else 0`,
 //!
-//! where z is the distance along the view: p's in the result's depth, q's in the layer's. Where no texel passes, the one nearest in depth is taken
-//! [nearest-depth upsampling, white paper of NVIDIA's OpacityMapping sample]; of several, the first one row by row. Kopf's g is a Gaussian, which never
-//! quite vanishes, so a bright background bleeds over an edge.
+//! where z is the distance along the view: `z_p` from the result's depth, `z_q` from the layer's. If no texel passes, the one nearest in depth is
+//! taken [nearest-depth upsampling, white paper of NVIDIA's OpacityMapping sample]; of several, the first in row order. Kopf's g is a Gaussian, which
+//! is nowhere zero, so a bright background bleeds over an edge.
 //!
-//! What follows from it:
-//! - a constant comes out with the same bits, because the sum is taken of differences from the texel nearest in depth;
-//! - on one surface a linear ramp comes out as it is, except on the outermost half texel, where it is continued as a constant;
-//! - nothing crosses a step in depth larger than τ, if p has a texel of its own side among the four, see [`super::downsample`];
-//! - where sizes are equal f is 1 for the pixel's own texel: the layer comes out with the same bits, whatever the depths are.
+//! Properties:
+//! - a constant keeps its bits, because the sum is taken over differences from the texel nearest in depth;
+//! - on one surface a linear ramp is reproduced, except on the outermost half texel, where it is continued as a constant;
+//! - no light crosses a step in depth larger than τ if one of the four texels lies on the pixel's side of the step, see [`super::downsample`];
+//! - for equal sizes, f is 1 for the pixel's own texel: the layer keeps its bits, whatever the depths are.
 //!
-//! Layers are added in the order given, by additive blending: one draw each, one pass. A sum that is zero is +0.
+//! Layers are added in the given order by additive blending: one draw each, in one pass. A sum that is zero is +0.
 
 use std::sync::Arc;
 
@@ -31,10 +31,10 @@ use nephroid_pipeline::{BindingKind, Bindings, Buffer, LoadOp, RenderPipelineDes
 
 use super::fullscreen::{FullscreenVertex, VERTICES, load_clamped};
 
-/// Distances beyond this, infinite ones and what is no number count as this many metres.
+/// Larger, infinite and NaN distances are replaced by this distance, m.
 const FARTHEST_M: f32 = 1.0e30;
 
-/// Distance along the view, m, from what a depth texture holds: `(n₀ + n₁·d)/(m₀ + m₁·d)`.
+/// Distance along the view, m, from the value d of a depth texture: `(n₀ + n₁·d)/(m₀ + m₁·d)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistanceFromDepth {
     /// n₀ and n₁.
@@ -44,56 +44,56 @@ pub struct DistanceFromDepth {
 }
 
 impl DistanceFromDepth {
-    /// The texture holds distances, m.
+    /// For a texture that holds distances, m.
     pub const IDENTITY: Self = Self { numerator: Vec2::Y, denominator: Vec2::X };
 
-    /// Depth of [`nephroid_math::space::perspective`]: `near/(1 − d·(far − near)/far)`. `far_m` may be infinite.
+    /// For depth of [`nephroid_math::space::perspective`]: `near/(1 − d·(far − near)/far)`. `far_m` may be infinite.
     #[must_use]
     pub fn perspective(near_m: f32, far_m: f32) -> Self {
         let slope = if far_m.is_infinite() { 1.0 } else { (f64::from(far_m) - f64::from(near_m)) / f64::from(far_m) };
         Self { numerator: Vec2::new(near_m, 0.0), denominator: Vec2::new(1.0, -slope as f32) }
     }
 
-    /// Depth of [`nephroid_math::space::orthographic`], which is linear: `near + d·(far − near)`.
+    /// For depth of [`nephroid_math::space::orthographic`], which is linear: `near + d·(far − near)`.
     #[must_use]
     pub fn orthographic(near_m: f32, far_m: f32) -> Self {
         Self { numerator: Vec2::new(near_m, far_m - near_m), denominator: Vec2::X }
     }
 }
 
-/// How a smaller layer is brought up.
+/// How a smaller layer is upsampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ByDepth {
-    /// Depth of the layer's size.
+    /// Depth texture of the layer's size.
     pub layer_depth: TextureId,
-    /// Depth of the result's size.
+    /// Depth texture of the result's size.
     pub full_depth: TextureId,
-    /// How both are to be read. They hold the same quantity.
+    /// Conversion of both depth textures to distances. Both hold the same quantity.
     pub distance: DistanceFromDepth,
-    /// τ: the share of a pixel's distance up to which a texel is taken to lie on the pixel's surface, 0 or more.
+    /// τ: the largest difference in distance between a texel and a pixel of one surface, as a share of the pixel's distance; 0 or more.
     pub tolerance: f32,
 }
 
-/// One layer.
+/// One layer of the sum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layer {
     /// Up to four channels, float; one layer, one level.
     pub texture: TextureId,
-    /// s: what each channel is multiplied by.
+    /// s: the factor of each channel.
     pub scale: Vec4,
-    /// How it is brought up; `None` for a layer of the result's size.
+    /// How the layer is upsampled; `None` for a layer of the result's size.
     pub by_depth: Option<ByDepth>,
 }
 
-/// A layer as shaders see it.
+/// Uniform of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct LayerUniform {
-    /// What each channel is multiplied by.
+    /// The factor of each channel.
     pub scale: Vec4,
     /// n₀, n₁, m₀, m₁ of [`DistanceFromDepth`].
     pub distance: Vec4,
-    /// Width and height of the layer over those of the result; τ; unused.
+    /// x, y: width and height of the layer over those of the result. z: τ.
     pub ratio: Vec4,
 }
 
@@ -145,7 +145,7 @@ impl FragmentShader for Plain {
 }
 
 impl LayerUniform {
-    /// Distance along the view, m, of what a depth texture holds.
+    /// Distance along the view, m, from the value of a depth texture.
     #[inline(always)]
     fn distance_m<L: Lanes>(&self, depth: L) -> L {
         let d = self.distance;
@@ -163,14 +163,14 @@ impl FragmentShader for Upsampled {
         let (texture, layer_depth, full_depth) = (bindings.texture(1), bindings.texture(2), bindings.texture(3));
         let (zero, one) = (input.position.x.like(0.0), input.position.x.like(1.0));
         let here = layer.distance_m(load_clamped(full_depth, input.position.x - 0.5, input.position.y - 0.5).x);
-        // The layer's texel centres are at integers here.
+        // In these coordinates, texel centres of the layer are at integers.
         let (u, v) = (input.position.x * layer.ratio.x - 0.5, input.position.y * layer.ratio.y - 0.5);
         let (left, top) = (u.floor(), v.floor());
         let (right, lower) = (u - left, v - top);
         let mut texels = [v4(zero, zero, zero, zero); 4];
         let mut weights = [zero; 4];
         let mut nearest = texels[0];
-        // Larger than any gap.
+        // Larger than any difference of distances.
         let mut least_gap = zero.like(1.0e38);
         for corner in 0..4 {
             let (column, row) = (corner % 2, corner / 2);
@@ -186,7 +186,7 @@ impl FragmentShader for Upsampled {
         let mut sum = v4(zero, zero, zero, zero);
         let mut total = zero;
         for corner in 0..4 {
-            // What does not count must not spoil the sum, whatever it is.
+            // A texel of weight 0 must not change the sum, whatever its value is (infinite or NaN).
             let difference = V4::select(weights[corner].gt(zero), texels[corner] - nearest, v4(zero, zero, zero, zero));
             sum = sum + difference * weights[corner];
             total = total + weights[corner];
@@ -196,7 +196,7 @@ impl FragmentShader for Upsampled {
     }
 }
 
-/// Adds a texture, and a pass of its name that adds the layers up in it. Returns the texture.
+/// Adds a texture named `desc.label`, and a pass of the same name that sums the layers in it. Returns the texture.
 ///
 /// `desc` describes a float texture, one layer, one level. Without layers it is all zeros.
 pub fn add(frame: &mut Frame, desc: TextureDescriptor, layers: &[Layer]) -> TextureId {

@@ -1,4 +1,4 @@
-// A smaller layer, brought up by depth: the twin of `Upsampled` in `compose.rs`.
+// A smaller layer, upsampled by depth: the twin of `Upsampled` in `compose.rs`.
 
 const FARTHEST_M: f32 = 1.0e30;
 
@@ -7,7 +7,7 @@ const FARTHEST_M: f32 = 1.0e30;
 @group(0) @binding(2) var layer_depth: texture_2d<f32>;
 @group(0) @binding(3) var full_depth: texture_2d<f32>;
 
-// Distance along the view, m, of what a depth texture holds.
+// Distance along the view, m, from the value of a depth texture.
 fn distance_m(depth: f32) -> f32 {
     let d = layer.distance;
     let distance = (depth * d.y + d.x) / (depth * d.w + d.z);
@@ -17,14 +17,14 @@ fn distance_m(depth: f32) -> f32 {
 @fragment
 fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let here = distance_m(load_clamped(full_depth, vec2<i32>(position.xy)).x);
-    // The layer's texel centres are at integers here.
+    // In these coordinates, texel centres of the layer are at integers.
     let place = position.xy * layer.ratio.xy - 0.5;
     let base = floor(place);
     let part = place - base;
     var around = array<vec4<f32>, 4>();
     var weights = array<f32, 4>();
     var nearest = vec4<f32>(0.0);
-    // Larger than any gap.
+    // Larger than any difference of distances.
     var least_gap = 1.0e38;
     for (var corner = 0; corner < 4; corner++) {
         let offset = vec2<i32>(corner % 2, corner / 2);

@@ -1,9 +1,9 @@
-//! The depth of a smaller target: what a pass at half or quarter size tests against, and what [`super::compose`] brings its result back up by.
+//! The depth of a smaller target. A pass at half or quarter size tests against it, and [`super::compose`] upsamples the pass's result by it.
 //!
-//! Texel i of the smaller target, of width w, has the depth of texel `⌊(i + ½)·W/w⌋` of the larger one, of width W: the one in the middle of its
-//! part of the picture, not the nearest or farthest of them. With W/w = 2 or 4 every pixel beside a straight edge, on either side, then has a texel of
-//! its own side among the 2x2 around it, as long as that side is one texel wide. Roads not taken: the nearest depth makes thin things
-//! thick, the farthest loses them, and either leaves pixels without a texel of their side at quarter size.
+//! Texel i of the smaller target, of width w, has the depth of texel `⌊(i + ½)·W/w⌋` of the larger one, of width W: the texel in the middle of its
+//! part of the picture. With W/w = 2 or 4, every pixel beside a straight edge, on either side, then has a texel of its own side among the 2x2 around
+//! it, provided that the side is at least one texel wide. Roads not taken: the nearest depth makes thin objects thicker, the farthest depth loses
+//! them, and both leave pixels without a texel of their side at quarter size.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use nephroid_pipeline::{BindingKind, Bindings, Buffer, LoadOp, RenderPipelineDes
 
 use super::fullscreen::{FullscreenVertex, VERTICES, load_clamped};
 
-/// How places in the smaller target lead to the larger one.
+/// Sizes of both targets.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct DownsampleUniform {
@@ -28,7 +28,7 @@ pub struct DownsampleUniform {
 /// Bindings: sizes, depth.
 pub const BINDINGS: [BindingKind; 2] = [BindingKind::Uniform(size_of::<DownsampleUniform>()), BindingKind::Texture];
 
-/// The program. It writes depth, and no colour.
+/// The program. It writes depth and no colour.
 #[must_use]
 pub fn program() -> Arc<Program> {
     Arc::new(Program {
@@ -45,7 +45,7 @@ impl FragmentShader for Fragment {
     #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let [width, height, small_width, small_height] = bindings.uniform::<DownsampleUniform>(0).sizes;
-        // In integers: the middle may lie between two texels, where the last place of a quotient would choose.
+        // Computed in integers: the middle may lie between two texels, where the rounding of a quotient would decide.
         let middle = |i: u32, large: u32, small: u32| ((2 * i + 1) * large / (2 * small)) as f32;
         let (columns, rows) = (input.position.x.to_i32(), input.position.y.to_i32());
         let x = L::from_fn(input.token, |lane| middle(columns[lane] as u32, width, small_width));
@@ -54,9 +54,9 @@ impl FragmentShader for Fragment {
     }
 }
 
-/// Adds the pass and a `Depth32Float` texture, both named `label`. Returns the texture.
+/// Adds a `Depth32Float` texture and the pass that fills it, both named `label`. Returns the texture.
 ///
-/// `depth` has depths in 0..=1, as a depth texture or in its first channel; `(width, height)` is at most its size.
+/// `depth` has depths in 0..=1: a depth texture, or the first channel of a colour texture. `(width, height)` is at most its size.
 pub fn depth(frame: &mut Frame, label: &str, depth: TextureId, (width, height): (u32, u32)) -> TextureId {
     let large = &frame.textures[depth.index()].desc;
     let sizes = [large.width, large.height, width, height];

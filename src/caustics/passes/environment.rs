@@ -1,4 +1,4 @@
-//! Sky and lights as shaders see them.
+//! The uniform of sky, sun discs and medium.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
@@ -17,21 +17,21 @@ pub struct EnvironmentUniform {
     pub horizon: Vec4,
     /// Radiance from below.
     pub ground: Vec4,
-    /// Radiance of the sun's disc; w is the squared half chord that its radius spans, 0 without a disc.
+    /// Radiance of the sun's disc. w is the squared half chord of the disc's angular radius, 0 without a disc.
     pub disc: Vec4,
-    /// Unit vectors along which the directional lights travel; w is 1 for those that exist.
+    /// Unit vectors along which the directional lights travel; w is 1 for lights that exist.
     pub suns: [Vec4; MAX_LIGHTS],
     /// Ambient irradiance, W/m².
     pub ambient: Vec4,
     /// Extinction coefficient, 1/m.
     pub sigma_t: Vec4,
-    /// Radiance that a thick layer of water scatters towards the eye: `σₛ/σₜ · E/(4π)`, with E the ambient irradiance and the
-    /// lights' mean irradiance on the water. w is the refractive index.
+    /// Radiance that a thick layer of water scatters towards the eye: `σₛ/σₜ · E/(4π)`, with E the ambient irradiance plus the lights' mean
+    /// irradiance on the water. w is the refractive index.
     pub inscatter: Vec4,
 }
 
 impl EnvironmentUniform {
-    /// From the scene's parts; `lights_on_water` is the lights' summed irradiance on the mean water plane.
+    /// From the scene's parts. `lights_on_water` is the irradiance on the mean water plane, summed over lights.
     #[must_use]
     pub fn new(environment: &Environment, lights: &[Light], medium: &Medium, ior: f32, lights_on_water: Vec3) -> Self {
         let mut suns = [Vec4::ZERO; MAX_LIGHTS];
@@ -59,7 +59,7 @@ impl EnvironmentUniform {
         }
     }
 
-    /// Radiance from the unit vector `direction` (away from the eye), the sun's disc included.
+    /// Radiance that arrives from the unit vector `direction` (pointing away from the eye), including the sun's disc.
     /// [`Environment::sky_radiance`] is the definition of the gradient.
     #[inline(always)]
     pub fn sky<L: Lanes>(&self, direction: V3<L>) -> V3<L> {

@@ -1,16 +1,16 @@
-//! A separable low pass: `O = Σᵢ Σⱼ wᵢ wⱼ I(x + i, y + j)`, as a pass across and a pass down.
+//! A separable low-pass filter: `O = Σᵢ Σⱼ wᵢ wⱼ I(x + i, y + j)`, as a horizontal and a vertical pass.
 //!
-//! Inputs and outputs: a float texture of one to four channels, any size; the result has its size and format. Beyond an edge of the texture the
-//! edge's texel is repeated, so that a constant stays constant up to the edge; light near an edge is not conserved there.
+//! Input: a float texture of one to four channels, any size; the output has its size and format. Beyond an edge of the texture the edge's texel is
+//! repeated, so a constant stays constant up to the edge; light near an edge is not conserved.
 //!
-//! A pass computes `I₀ + Σᵢ wᵢ·((I₋ᵢ − I₀) + (I₊ᵢ − I₀))`, which is the same sum, since the weights add up to one:
-//! - a constant comes out with the same bits;
-//! - weights are multiples of 2⁻²⁴ whose sum is 1 without rounding, so the response to one texel of 1 inside the texture is the weights
-//!   to the bit, and adds up to 1; both passes together add up to 1 within `(R + 2)·2⁻²⁴`, the rounding of their products;
-//! - what was not negative comes out not negative, as long as the centre's weight is above `(R + 3)·2⁻²⁴`.
+//! A pass computes `I₀ + Σᵢ wᵢ·((I₋ᵢ − I₀) + (I₊ᵢ − I₀))`, which is the same sum because the weights add up to one:
+//! - a constant keeps its bits;
+//! - weights are multiples of 2⁻²⁴ whose sum is 1 without rounding: the response to a single texel of 1 inside the texture equals the weights to the
+//!   bit and adds up to 1; both passes together add up to 1 within `(R + 2)·2⁻²⁴`, the rounding of their products;
+//! - non-negative input gives non-negative output, provided that the centre's weight is above `(R + 3)·2⁻²⁴`.
 //!
-//! These hold for 32-bit formats; 16-bit ones round after each pass. Texels must be finite: one that is not spoils all that it reaches.
-//! Road not taken: taps between texels, which halve their number through the sampler's linear filter, whose weights have 8 bits on GPUs.
+//! These hold for 32-bit formats; 16-bit formats round after each pass. Texels must be finite: one infinite or NaN texel spoils all texels within the
+//! radius. Road not taken: taps between texels, which halve their number by the sampler's linear filter, whose weights have 8 bits on GPUs.
 
 use std::sync::Arc;
 
@@ -24,10 +24,10 @@ use nephroid_pipeline::{BindingKind, Bindings, Buffer, TextureDescriptor};
 
 use super::fullscreen::{FullscreenVertex, fill, load_clamped};
 
-/// Most texels that a kernel reaches to either side.
+/// Largest radius of a kernel, in texels.
 pub const MAX_RADIUS_TX: u32 = 31;
 
-/// Weights are multiples of `1/STEPS`, so that f32 holds them and every sum of them up to 1 exactly.
+/// Weights are multiples of `1/STEPS`. f32 holds them, and every partial sum of them up to 1, exactly.
 const STEPS: f64 = (1_u32 << 24) as f64;
 
 /// The weights of a symmetric kernel along one axis. They add up to 1 exactly.
@@ -38,9 +38,10 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// `wᵢ ∝ e^(−i²/(2σ²))`, the Gaussian at texel centres, for `|i| ≤ radius_tx`.
+    /// Gaussian at texel centres: `wᵢ ∝ e^(−i²/(2σ²))` for `|i| ≤ radius_tx`.
     ///
-    /// `sigma_tx` is σ in texels, above 0; `radius_tx` at most [`MAX_RADIUS_TX`]; otherwise `None`. A radius of 3σ leaves out 0.3 % of the Gaussian.
+    /// `sigma_tx` is σ in texels and must be above 0; `radius_tx` is at most [`MAX_RADIUS_TX`]. Otherwise `None`. A radius of 3σ leaves out 0.3 % of
+    /// the Gaussian.
     #[must_use]
     pub fn gaussian(sigma_tx: f32, radius_tx: u32) -> Option<Self> {
         let sigma = f64::from(sigma_tx);
@@ -54,10 +55,11 @@ impl Kernel {
         Self::from_weights(&vec![1.0; radius_tx as usize + 1])
     }
 
-    /// Weights proportional to `half`, by distance from the centre: `half[0]` is the centre's, `half[i]` that of both texels `i` away.
+    /// Weights proportional to `half`, by distance from the centre: `half[0]` is the centre's, `half[i]` that of each of the two texels at distance
+    /// `i`.
     ///
-    /// All must be finite and not negative, and the centre's above 0; at most `MAX_RADIUS_TX + 1` of them. Otherwise `None`. Apart from the centre each is
-    /// rounded down by less than 2⁻²⁴; the centre has the rest.
+    /// All must be finite and not negative, the centre's above 0; at most `MAX_RADIUS_TX + 1` of them. Otherwise `None`. Each weight but the centre's
+    /// is rounded down by less than 2⁻²⁴; the centre gets the remainder.
     #[must_use]
     pub fn from_weights(half: &[f64]) -> Option<Self> {
         let valid = half.first().is_some_and(|centre| *centre > 0.0) && half.iter().all(|w| w.is_finite() && *w >= 0.0);
@@ -70,26 +72,26 @@ impl Kernel {
         Some(Self { half: std::iter::once(centre).chain(steps).map(|s| (s / STEPS) as f32).collect() })
     }
 
-    /// Texels that the kernel reaches to either side.
+    /// The radius, in texels.
     #[must_use]
     pub fn radius_tx(&self) -> u32 {
         self.half.len() as u32 - 1
     }
 
-    /// The weight of a texel that is `offset_tx` away; 0 beyond the radius.
+    /// The weight of a texel at distance `offset_tx`; 0 beyond the radius.
     #[must_use]
     pub fn weight(&self, offset_tx: i32) -> f32 {
         self.half.get(offset_tx.unsigned_abs() as usize).copied().unwrap_or(0.0)
     }
 }
 
-/// A kernel along one axis as the shader sees it.
+/// Uniform of a kernel along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct KernelUniform {
     /// Weights by distance from the centre, four to a vector; 0 beyond the radius.
     pub weights: [Vec4; 8],
-    /// Step from tap to tap in x and y, texels; the radius, texels; unused.
+    /// x, y: step from tap to tap, texels. z: the radius, texels.
     pub step: Vec4,
 }
 
@@ -135,7 +137,7 @@ impl FragmentShader for Fragment {
     }
 }
 
-/// Adds both passes: `{label} across` along x, and `label` along y, each with a texture of its name. Returns the latter.
+/// Adds both passes, each with a texture of its name: `{label} across` along x, then `label` along y. Returns the texture `label`.
 ///
 /// `source` is a float texture, one layer, one level.
 pub fn separable(frame: &mut Frame, label: &str, source: TextureId, kernel: &Kernel) -> TextureId {

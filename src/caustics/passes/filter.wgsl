@@ -1,4 +1,4 @@
-// One pass of a separable low pass: the twin of `filter.rs`.
+// One pass of a separable low-pass filter: the twin of `filter.rs`.
 
 struct KernelUniform {
     weights: array<vec4<f32>, 8>,

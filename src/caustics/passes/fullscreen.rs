@@ -25,7 +25,7 @@ impl VertexShader for FullscreenVertex {
     }
 }
 
-/// Adds a texture, and a pass of its name that writes every texel of it once.
+/// Adds a texture, and a pass of the same name that writes every texel once.
 pub fn fill(frame: &mut Frame, desc: TextureDescriptor, program: Arc<Program>, entries: Vec<BindEntry>) -> TextureId {
     let label = desc.label.clone();
     let target = ColorTargetState { format: desc.format, blend: None, write_mask: ColorWrites::ALL };
@@ -43,7 +43,7 @@ pub fn fill(frame: &mut Frame, desc: TextureDescriptor, program: Arc<Program>, e
     texture
 }
 
-/// The texel at integer coordinates; beyond an edge of the texture the nearest texel inside.
+/// The texel at integer coordinates; outside of the texture, the nearest texel inside.
 #[inline(always)]
 pub(super) fn load_clamped<L: Lanes>(texture: &TextureView<'_>, x: L, y: L) -> V4<L> {
     let (width, height, _) = texture.level_size(0);

@@ -1,4 +1,4 @@
-//! What each pixel sees: world position, normal and albedo of the nearest receiver [SF05 §3.5, first pass].
+//! The nearest receiver of each pixel: world position, normal and albedo [SF05 §3.5, first pass].
 //!
 //! Targets: `position` (x, y, z in metres, w = 1 + [`MaterialKind`], 0 where there is nothing), `normal` (unit, turned towards the eye),
 //! `albedo` (reflectance of a mirror; white for glass).
@@ -28,7 +28,7 @@ pub struct ReceiverVertex {
     pub normal_ws: Vec4,
 }
 
-/// What a pixel's surface does with light, as kept in `position.w − 1`.
+/// Kind of a pixel's surface, stored as `position.w − 1`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MaterialKind {
     /// Lambertian: the only kind that receives caustics.
@@ -39,7 +39,7 @@ pub enum MaterialKind {
     Dielectric = 2,
 }
 
-/// A receiver's material.
+/// Uniform of a receiver's material.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct MaterialUniform {
@@ -110,7 +110,7 @@ impl FragmentShader for Fragment {
         let material: &MaterialUniform = bindings.uniform(2);
         let position: V3<L> = input.varying3(0);
         let normal = input.varying3(3).normalize();
-        // Both sides of an open surface are receivers.
+        // Open surfaces receive light on both sides, so the normal is turned towards the eye.
         let away = normal.dot(camera.view_direction(position)).gt(position.x.like(0.0));
         let normal = V3::select(away, -normal, normal);
         let albedo = material.pattern.at(position, normal);

@@ -30,7 +30,7 @@ fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
 @fragment
 fn fs(in: Varyings) -> Targets {
     var normal = normalize(in.normal_ws);
-    // Both sides of an open surface are receivers.
+    // Open surfaces receive light on both sides, so the normal is turned towards the eye.
     if dot(normal, view_direction(camera, in.position_ws)) > 0.0 {
         normal = -normal;
     }

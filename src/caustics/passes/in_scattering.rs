@@ -1,4 +1,4 @@
-//! Radiance that the medium scatters towards the eye, added to the picture.
+//! Adds the radiance that the medium scatters towards the eye to the picture.
 //!
 //! Drawn over every pixel with additive blending. The texture holds radiance summed along the eye's path and attenuated up to the eye, W/(m² sr).
 
@@ -30,7 +30,7 @@ impl FragmentShader for Fragment {
     #[inline(always)]
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let radiance = input.texel3_here(bindings.texture(0));
-        // Alpha of the picture stays as it is.
+        // The picture's alpha does not change.
         output.color[0] = v4(radiance.x, radiance.y, radiance.z, radiance.x.like(0.0));
     }
 }

@@ -1,4 +1,4 @@
-// In-scattered radiance, added to the picture: the twin of `in_scattering.rs`.
+// Adds in-scattered radiance to the picture: the twin of `in_scattering.rs`.
 
 @group(0) @binding(0) var in_scattered: texture_2d<f32>;
 

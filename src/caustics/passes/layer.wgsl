@@ -1,4 +1,4 @@
-// A layer that is added to others: the twin of `LayerUniform` in `compose.rs`.
+// Uniform of a layer: the twin of `LayerUniform` in `compose.rs`.
 
 struct LayerUniform {
     scale: vec4<f32>,

@@ -1,6 +1,6 @@
-//! One light over every pixel: direct irradiance in the dry, and whether light through flat water reaches what is under it.
+//! Direct light of one light, for every pixel: irradiance above the water, and whether light through flat water reaches a point below it.
 //!
-//! Targets: `direct` (W/m², added up over lights), `visibility` (share of the light in 0..=1 under water).
+//! Targets: `direct` (W/m², summed over lights), `visibility` (share of the light under water, 0..=1).
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ pub const BINDINGS: [BindingKind; 7] = [
     BindingKind::ComparisonSampler,
 ];
 
-/// The program; without shadows everything is lit.
+/// The program. Without shadows every point is lit.
 #[must_use]
 pub fn program(air_shadows: bool, water_shadows: bool) -> Arc<Program> {
     Arc::new(Program {

@@ -1,4 +1,4 @@
-// One light over every pixel: the twin of `light.rs`.
+// Direct light of one light, for every pixel: the twin of `light.rs`.
 
 override air_shadows: bool = true;
 override water_shadows: bool = true;

@@ -1,19 +1,19 @@
-//! What a light sees, of any size: position, normal, material, refractive index and depth of the nearest surface along each of its rays
-//! [LD11 §4.1, the light's geometry buffer; WD06 §3, Fig. 2; PP10 §3, step 2], or of the farthest one, where light leaves a body
-//! that it has entered at the nearest [Wyman 2005, *An Approximate Image-Space Approach for Interactive Refraction*, back faces].
+//! A light's view, of any size: position, normal, material, refractive index and depth of the nearest surface along each of its rays [LD11 §4.1, the
+//! light's geometry buffer; WD06 §3, Fig. 2; PP10 §3, step 2]; or of the farthest one, where light leaves a body that it has entered at the nearest
+//! [Wyman 2005, *An Approximate Image-Space Approach for Interactive Refraction*, back faces].
 //!
-//! Targets; those of colour are all zeros where the light meets nothing:
+//! Targets. The colour targets are zero where the light meets no surface:
 //!
 //! | Target | Format | x, y, z | w |
 //! |---|---|---|---|
 //! | `position` | Rgba32Float | world space, m | 1 |
 //! | `normal` | Rgba32Float | world space, unit, against the light | 1 + [`MaterialKind`] |
-//! | `material` | Rgba32Float | albedo, reflectance of a mirror, or 1 for what refracts | refractive index beyond the surface over the one before it; 0 for what lets no light through |
-//! | `depth` | Depth32Float | 0..=1, near to far, that of the view's projection; where the light meets nothing, 1 for nearest surfaces, 0 for farthest | |
+//! | `material` | Rgba32Float | albedo, reflectance of a mirror, or 1 for a refracting surface | refractive index behind the surface over the one in front of it; 0 for an opaque surface |
+//! | `depth` | Depth32Float | 0..=1, near to far, of the view's projection; where the light meets no surface, 1 for nearest surfaces, 0 for farthest | |
 //!
-//! A surface that is met from behind has its normal turned and its index inverted: the light is inside of the body, or under the water.
-//! What is drawn is the caller's choice: receivers, mirrors and glass, a water surface, together or in buffers of their own. Faces on both sides are
-//! drawn. Not here: surfaces between the nearest and the farthest.
+//! If the light meets a surface from behind, it is inside of the body or under the water: the normal is turned and the index ratio inverted. The
+//! caller chooses the surfaces: receivers, mirrors and glass, a water surface, together or in separate buffers. Faces are drawn on both sides. Not
+//! supported: surfaces between the nearest and the farthest.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -37,14 +37,14 @@ use nephroid_scene::{Albedo, Material, PatternUniform};
 use super::geometry_buffer::{MaterialKind, ReceiverVertex};
 use super::shadow_map::LightUniform;
 
-/// The part of space that a light at a point looks at.
+/// The view of a point light: a pyramid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pyramid {
-    /// The light's place, m.
+    /// Position of the light, m.
     pub position_ws: Vec3,
-    /// Middle of the view, of any length above 0.
+    /// Axis of the view, of any length above 0.
     pub axis_ws: Vec3,
-    /// Upwards in the view, not along the axis.
+    /// Up direction of the view; must not be parallel to the axis.
     pub up_ws: Vec3,
     /// Vertical opening angle, in `(0, π)`.
     pub fov_y_rad: f32,
@@ -52,31 +52,32 @@ pub struct Pyramid {
     pub aspect: f32,
     /// Distance of the near plane along the axis, m, above 0.
     pub near_m: f32,
-    /// Distance of the far plane, m, above that; may be infinite.
+    /// Distance of the far plane, m, above `near_m`; may be infinite.
     pub far_m: f32,
 }
 
-/// A light's projection.
+/// Uniform of a light's view.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct LightView {
     /// Clip space from world space.
     pub clip_from_world: Mat4,
-    /// Position, m, w = 1; for parallel light the unit vector along which it travels, w = 0.
+    /// Position, m, with w = 1; for parallel light the unit direction of travel, with w = 0.
     pub position_ws: Vec4,
 }
 
 impl LightView {
-    /// Parallel light: the box `min_ls..max_ls` of light space, m, in which the light looks along −z from the origin of world space, `up_ws` upwards.
+    /// Parallel light: the view is the box `min_ls..max_ls` in light space, m. Light space has its origin at that of world space, looks along −z and
+    /// has `up_ws` up.
     ///
-    /// `None` where the direction is along `up_ws`, or the box is empty.
+    /// `None` if the direction is parallel to `up_ws` or the box is empty.
     #[must_use]
     pub fn parallel(direction_ws: Vec3, up_ws: Vec3, min_ls: Vec3, max_ls: Vec3) -> Option<Self> {
         let clip_from_world = orthographic(min_ls, max_ls)? * look_to(Vec3::ZERO, direction_ws, up_ws)?;
         Some(Self { clip_from_world, position_ws: direction_ws.normalize().extend(0.0) })
     }
 
-    /// Light from a point. `None` where the axis is along `up_ws`, or the pyramid is empty.
+    /// A point light. `None` if the axis is parallel to `up_ws` or the pyramid is empty.
     #[must_use]
     pub fn point(p: &Pyramid) -> Option<Self> {
         let clip_from_view = perspective(p.fov_y_rad, p.aspect, p.near_m, p.far_m)?;
@@ -84,7 +85,7 @@ impl LightView {
         Some(Self { clip_from_world, position_ws: p.position_ws.extend(1.0) })
     }
 
-    /// Unit vector along which light travels when it gets to a point.
+    /// Unit vector along which light travels when it reaches a point.
     #[inline(always)]
     fn direction_at<L: Lanes>(&self, p_ws: V3<L>) -> V3<L> {
         let light = V3::splat(p_ws.x.token(), self.position_ws.truncate());
@@ -99,13 +100,13 @@ impl From<&LightUniform> for LightView {
     }
 }
 
-/// What a surface does with light.
+/// Uniform of a surface: how it interacts with light.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SurfaceUniform {
     /// Albedo, or reflectance of a mirror.
     pub pattern: PatternUniform,
-    /// 1 + [`MaterialKind`]; refractive index of the inside, and its inverse, or 0 and 0 for what lets no light through; unused.
+    /// x: 1 + [`MaterialKind`]. y, z: refractive index of the inside, and its inverse; 0 and 0 for an opaque surface.
     pub optics: Vec4,
 }
 
@@ -114,7 +115,7 @@ impl SurfaceUniform {
         Self { pattern: albedo.into(), optics: Vec4::new(1.0 + kind as u8 as f32, inside, outside, 0.0) }
     }
 
-    /// The boundary of a body of this refractive index, above 0: of glass, or, with a mesh whose normals point up, of water.
+    /// The boundary of a body with this refractive index, above 0: glass, or, for a mesh whose normals point up, water.
     #[must_use]
     pub fn refracting(ior: f32) -> Self {
         Self::new(&Albedo::Solid(Vec3::ONE), MaterialKind::Dielectric, [ior, 1.0 / ior])
@@ -134,29 +135,29 @@ impl From<&Material> for SurfaceUniform {
 /// Triangles of one surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceDraw {
-    /// [`ReceiverVertex`], or what is laid out like it, as [`super::water_surface::WaterVertex`] is.
+    /// Vertices as [`ReceiverVertex`], or of the same layout, such as [`super::water_surface::WaterVertex`].
     pub vertices: BufferId,
-    /// 32-bit indices; `None` to draw the vertices in order.
+    /// 32-bit indices; `None` for vertices in order.
     pub indices: Option<BufferId>,
-    /// Vertices, or places in the index buffer.
+    /// Range of vertices, or of indices.
     pub range: Range<u32>,
-    /// What the surface does with light.
+    /// How the surface interacts with light.
     pub surface: SurfaceUniform,
 }
 
-/// Which of the surfaces along a ray of light is kept.
+/// The surface that is kept of those along a ray of light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
-    /// The first one that light meets.
+    /// The first surface that the light meets.
     Nearest,
-    /// The last one before the far plane: of one closed body, where light has passed all of it.
+    /// The last surface before the far plane; for one closed body, where light leaves it for the last time.
     Farthest,
 }
 
-/// The textures of a light buffer, see the module.
+/// The textures of a light buffer, described in the module's table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightBuffer {
-    /// Position.
+    /// World position.
     pub position: TextureId,
     /// Normal and kind.
     pub normal: TextureId,
@@ -226,9 +227,9 @@ impl FragmentShader for Fragment {
     }
 }
 
-/// Adds a pass of this name and its targets `{label} position`, `{label} normal`, `{label} material` and `{label} depth`, texels by `size`.
+/// Adds a pass named `label` and its targets `{label} position`, `{label} normal`, `{label} material` and `{label} depth`, of `size` texels.
 ///
-/// Of surfaces at the same depth the first one drawn is kept.
+/// Of surfaces at equal depth, the first one drawn is kept.
 pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), keep: Keep, draws: &[SurfaceDraw]) -> LightBuffer {
     let (compare, clear_depth) = match keep {
         Keep::Nearest => (CompareFunction::Less, 1.0),

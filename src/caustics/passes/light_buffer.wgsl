@@ -1,4 +1,4 @@
-// What a light sees: the twin of `light_buffer.rs`.
+// A light's view of the surfaces: the twin of `light_buffer.rs`.
 
 struct LightView {
     clip_from_world: mat4x4<f32>,
@@ -33,7 +33,7 @@ fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
     return Varyings(clip, vertex.position_ws.xyz, vertex.normal_ws.xyz);
 }
 
-// Unit vector along which light travels when it gets to a point.
+// Unit vector along which light travels when it reaches a point.
 fn direction_at(p_ws: vec3<f32>) -> vec3<f32> {
     if view.position_ws.w == 0.0 {
         return view.position_ws.xyz;

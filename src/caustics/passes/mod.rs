@@ -1,14 +1,14 @@
-//! Passes that techniques share, each a program, its uniforms and a function that adds it to a frame.
+//! Passes that techniques share. Each is a program, its uniforms and a function that adds the pass to a frame.
 //!
-//! - [`geometry_buffer`]: what each pixel sees: position, normal, albedo.
-//! - [`shadow_map`]: what a light sees, through air, and through flat water.
+//! - [`geometry_buffer`]: position, normal and albedo of the receiver that each pixel shows.
+//! - [`shadow_map`]: depth as seen from a light, through air and through flat water.
 //! - [`light`]: direct light and visibility of each pixel for one light.
 //! - [`shade`]: irradiance to radiance.
 //! - [`water_surface`]: the picture: sky, receivers, and the water in front of them.
-//! - [`light_buffer`]: position, normal, material, refractive index and depth of what a light sees.
-//! - [`filter`] and [`rotating_filter`]: low passes.
-//! - [`downsample`] and [`compose`]: depth for smaller targets, and layers of any size added up.
-//! - [`in_scattering`]: light scattered by the medium on the way to the eye, added to the picture.
+//! - [`light_buffer`]: position, normal, material, refractive index and depth as seen from a light.
+//! - [`filter`] and [`rotating_filter`]: low-pass filters.
+//! - [`downsample`] and [`compose`]: depth for smaller targets, and sums of layers of any size.
+//! - [`in_scattering`]: light that the medium scatters towards the eye, added to the picture.
 
 pub mod camera;
 pub mod compose;

@@ -1,20 +1,20 @@
-//! A low pass of few taps on a disc that turns from texel to texel: "a multi-tap low pass filter with a rotating sampling kernel that reduces noise"
-//! [PP10 §3.5].
+//! A low-pass filter with few taps on a disc that is rotated from texel to texel: "a multi-tap low pass filter with a rotating sampling kernel that
+//! reduces noise" [PP10 §3.5].
 //!
-//! The paper gives neither the number of taps nor their places, weights or angles: all that follows is our decision.
+//! The paper gives neither the number of taps nor their positions, weights or angles. The table lists our decisions.
 //!
-//! | What | Here | Why |
+//! | Quantity | Here | Why |
 //! |---|---|---|
-//! | places | tap k of n at radius `R·√((k + ½)/n)`, angle `k·π·(√5 − 1)/2`, with its mirror image through the centre: a sunflower [Vogel 1979, Math. Biosci. 44] of pairs | every tap stands for the same area of the disc; the pairs leave a linear ramp as it is |
+//! | positions | tap k of n at radius `R·√((k + ½)/n)`, angle `k·π·(√5 − 1)/2`, with its mirror image through the centre: a sunflower [Vogel 1979, Math. Biosci. 44] of pairs | every tap stands for an equal area of the disc; the pairs reproduce a linear ramp |
 //! | weights | all equal, `1/(2n)` | the mean over the disc |
-//! | angle | `π·B(x mod 4, y mod 4)/16` with B the 4x4 ordered-dither matrix [Bayer 1973] | over each 4x4 texels every one of 16 angles occurs once, and neighbours differ much |
+//! | angle | `π·B(x mod 4, y mod 4)/16` with B the 4x4 ordered-dither matrix [Bayer 1973] | every 4x4 texels contain each of the 16 angles once, and angles of neighbours differ by much |
 //! | between texels | linear | the result is continuous in R |
 //!
 //! With all angles together the mean square distance of the taps is `R²/2`, that of a uniform disc, and the mean offset is zero.
 //!
-//! Inputs, outputs and edges are those of [`super::filter`]. The mean is a running one, `mₖ = mₖ₋₁ + (xₖ − mₖ₋₁)/k`, so a constant comes out with the
-//! same bits, and what was not negative stays so. Light is conserved on average over the 16 angles, not texel by texel: neighbours gather
-//! with different taps. Road not taken: an angle from a hash, whose noise has no period that a 4x4 mean could remove.
+//! Inputs, outputs and edges are those of [`super::filter`]. The mean is a running one, `mₖ = mₖ₋₁ + (xₖ − mₖ₋₁)/k`: a constant keeps its bits, and
+//! non-negative input gives non-negative output. Light is conserved on average over the 16 angles, not texel by texel, because neighbours gather with
+//! different taps. Road not taken: an angle from a hash, whose noise has no period that a 4x4 mean could remove.
 
 use std::sync::Arc;
 
@@ -32,15 +32,15 @@ use super::fullscreen::{FullscreenVertex, fill, load_clamped};
 /// Most pairs of taps.
 pub const MAX_PAIRS: u32 = 16;
 
-/// Angles, in sixteenths of half a turn, of the texels of a 4x4 square, row by row: the ordered-dither matrix.
+/// Angles of the texels of a 4x4 square, row by row, in sixteenths of half a turn: the ordered-dither matrix.
 pub const ANGLES: [u32; 16] = [0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5];
 
-/// Places on a disc where the filter reads.
+/// Positions on a disc at which the filter reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotatingKernel {
     /// Radius of the disc, texels, 0 or more. Default: 3, as wide as the 7x7 texels of Wyman & Davis 2006.
     pub radius_tx: f32,
-    /// Pairs of taps, 1 to [`MAX_PAIRS`]; others are taken to the nearer end. Default: 8.
+    /// Pairs of taps, 1 to [`MAX_PAIRS`]; other values are clamped. Default: 8.
     pub pairs: u32,
 }
 
@@ -55,7 +55,7 @@ impl RotatingKernel {
         self.pairs.clamp(1, MAX_PAIRS)
     }
 
-    /// Offset of one tap of each pair before it is turned, texels; the other tap is at minus that.
+    /// Offset of one tap of each pair before rotation, texels. The other tap is at minus that offset.
     #[must_use]
     pub fn taps_tx(&self) -> Vec<[f32; 2]> {
         let count = self.pair_count();
@@ -69,7 +69,7 @@ impl RotatingKernel {
     }
 }
 
-/// A rotating kernel as the shader sees it.
+/// Uniform of a rotating kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RotatingUniform {
@@ -77,7 +77,7 @@ pub struct RotatingUniform {
     pub taps: [Vec4; 8],
     /// Cosine and sine of the angle at each texel of a 4x4 square, row by row, two to a vector.
     pub rotations: [Vec4; 8],
-    /// Number of pairs; the rest is unused.
+    /// x: number of pairs.
     pub count: Vec4,
 }
 
@@ -98,7 +98,7 @@ impl From<&RotatingKernel> for RotatingUniform {
     }
 }
 
-/// Number `k` of two-dimensional vectors that are kept two to a vector.
+/// Vector number `k` of an array that stores two 2D vectors in each `Vec4`.
 #[inline(always)]
 fn unpack(packed: &[Vec4; 8], k: usize) -> [f32; 2] {
     let both = packed[k / 2];
@@ -118,7 +118,7 @@ pub fn program() -> Arc<Program> {
     })
 }
 
-/// Between the four texels around a place in texels, whose centres are at integers.
+/// Bilinear interpolation between the four texels around a position in texels, with centres at integers.
 #[inline(always)]
 fn bilinear<L: Lanes>(source: &TextureView<'_>, x: L, y: L) -> V4<L> {
     let (left, top) = (x.floor(), y.floor());

@@ -1,4 +1,4 @@
-// A low pass of few taps on a disc that turns from texel to texel: the twin of `rotating_filter.rs`.
+// A low-pass filter with few taps on a disc that is rotated from texel to texel: the twin of `rotating_filter.rs`.
 
 struct RotatingUniform {
     taps: array<vec4<f32>, 8>,
@@ -9,7 +9,7 @@ struct RotatingUniform {
 @group(0) @binding(0) var<uniform> kernel: RotatingUniform;
 @group(0) @binding(1) var source: texture_2d<f32>;
 
-// Between the four texels around a place in texels, whose centres are at integers.
+// Bilinear interpolation between the four texels around a position in texels, with centres at integers.
 fn bilinear(place: vec2<f32>) -> vec4<f32> {
     let base = floor(place);
     let part = place - base;

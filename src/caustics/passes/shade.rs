@@ -1,6 +1,6 @@
-//! Irradiance to radiance: `L = ρ/π · (E_ambient + E_direct + E_caustic)` for Lambertian receivers; mirrors and glass show the sky.
+//! Conversion of irradiance to radiance: `L = ρ/π · (E_ambient + E_direct + E_caustic)` for Lambertian receivers; mirrors and glass show the sky.
 //!
-//! Target: `radiance` (W/(m² sr)) of what each pixel sees, before any water between it and the eye.
+//! Target: `radiance` (W/(m² sr)) of the surface that each pixel shows, without the water between the surface and the eye.
 
 use std::sync::Arc;
 
@@ -54,7 +54,7 @@ impl FragmentShader for Fragment {
         let n = input.texel3_here(bindings.texture(3));
         let albedo = input.texel3_here(bindings.texture(4));
         let zero = p.x.like(0.0);
-        // Ambient light under water has come down from the surface.
+        // Ambient light reaches points under water from the surface, so the water attenuates it.
         let wet = camera.under_water(p);
         let depth = L::select(wet, -(p.y - camera.water.x), zero);
         let ambient = V3::splat(input.token, environment.ambient.truncate())
@@ -65,7 +65,7 @@ impl FragmentShader for Fragment {
         let view = camera.view_direction(p);
         let mirrored = environment.sky(reflect(view, n));
         let mirror = albedo.hadamard(mirrored);
-        // Glass as a thin shell: Fresnel reflection over what lies straight behind.
+        // Glass as a thin shell: Fresnel reflection over the sky straight behind it.
         let cos = Lanes::clamp(-n.dot(view), 0.0, 1.0);
         let share = fresnel_reflectance(cos, 1.0, 1.5);
         let glass = mirrored * share + environment.sky(view) * (-share + 1.0);

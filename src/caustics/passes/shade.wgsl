@@ -1,4 +1,4 @@
-// Irradiance to radiance: the twin of `shade.rs`.
+// Conversion of irradiance to radiance: the twin of `shade.rs`.
 
 @group(0) @binding(0) var<uniform> camera: CameraUniform;
 @group(0) @binding(1) var<uniform> environment: EnvironmentUniform;
@@ -16,7 +16,7 @@ fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let kind = here.w;
     let n = textureLoad(normals, at, 0).xyz;
     let albedo = textureLoad(albedos, at, 0).rgb;
-    // Ambient light under water has come down from the surface.
+    // Ambient light reaches points under water from the surface, so the water attenuates it.
     let depth = select(0.0, camera.water.x - p.y, under_water(camera, p));
     let ambient = environment.ambient.rgb * beer_lambert_rgb(environment.sigma_t.rgb, max(depth, 0.0));
     let irradiance = ambient + textureLoad(direct, at, 0).rgb + textureLoad(caustic, at, 0).rgb;
@@ -24,7 +24,7 @@ fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
 
     let view = view_direction(camera, p);
     let mirrored = sky(environment, reflect_ray(view, n));
-    // Glass as a thin shell: Fresnel reflection over what lies straight behind.
+    // Glass as a thin shell: Fresnel reflection over the sky straight behind it.
     let share = fresnel_reflectance(clamp(-dot(n, view), 0.0, 1.0), 1.0, 1.5);
     let glass = mirrored * share + sky(environment, view) * (1.0 - share);
     var radiance = select(select(diffuse, glass, kind == 3.0), albedo * mirrored, kind == 2.0);

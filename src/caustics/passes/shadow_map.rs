@@ -1,9 +1,9 @@
-//! What a light sees: receivers above the water through air, and receivers under it through flat water.
+//! Shadow maps of a light: receivers above the water through air, and receivers under water through flat water.
 //!
-//! The map through water is indexed by where light enters the mean water plane, and its depth is depth below that plane: light that enters
-//! at S goes straight on to everything with the same S, in order of depth. For parallel light S follows from the refracted direction;
-//! for a point light it solves Snell's law for the plane. The waves' own tilt is left out: a shadow keeps its place while the
-//! caustics move. Road not taken: a map along each beam's own ray, which needs a ray tracer or a map per beam.
+//! The map through water is indexed by the point S where light enters the mean water plane; its depth is the depth below that plane. Light that
+//! enters at S continues straight to all points with the same S, in order of depth. For parallel light S follows from the refracted direction; for a
+//! point light it is the solution of Snell's law at the plane. The tilt of waves is ignored: shadows keep their places while the caustics move. Road
+//! not taken: a map along each beam's own ray, which needs a ray tracer or a map per beam.
 
 use std::sync::Arc;
 
@@ -17,22 +17,22 @@ use nephroid_pipeline::{BindingKind, Bindings};
 
 use super::geometry_buffer::ReceiverVertex;
 
-/// Texels that a shadowed point is moved off its own surface before it is looked up.
+/// Texels by which a point is moved off its own surface before the lookup.
 const SELF_SHADOW_TEXELS: f32 = 2.0;
 
-/// A light and its two maps.
+/// Uniform of a light and its two shadow maps.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct LightUniform {
     /// Clip space of the map through air, from world space.
     pub clip_from_world: Mat4,
-    /// Position, w = 1; for parallel light the direction in which it travels, w = 0.
+    /// Position, with w = 1; for parallel light the direction of travel, with w = 0.
     pub position_ws: Vec4,
-    /// Irradiance across the beam (parallel, W/m²) or radiant intensity (W/sr), linear RGB.
+    /// Irradiance on a surface perpendicular to the light (parallel light, W/m²) or radiant intensity (W/sr), linear RGB.
     pub intensity: Vec4,
     /// Spot axis (unit) and cosine of the outer angle; w = −2 without a cone.
     pub spot: Vec4,
-    /// Cosine of the inner angle; mean water level, m; refractive index; depth of the map through water, m.
+    /// x: cosine of the inner angle. y: mean water level, m. z: refractive index. w: depth of the map through water, m.
     pub water: Vec4,
     /// Extent of the map through water in x and z: minimum x, minimum z, size x, size z, metres.
     pub entry: Vec4,
@@ -40,11 +40,11 @@ pub struct LightUniform {
     pub refracted: Vec4,
 }
 
-/// The light at a point: where it travels (unit) and its irradiance across the beam, W/m².
+/// The light at a point: its direction of travel (unit) and its irradiance, W/m².
 pub struct LightAt<L> {
     /// Direction in which the light travels.
     pub direction: V3<L>,
-    /// Irradiance on a surface across it.
+    /// Irradiance on a surface perpendicular to the light.
     pub irradiance: V3<L>,
 }
 
@@ -70,7 +70,7 @@ impl LightUniform {
         LightAt { direction, irradiance: intensity * scale }
     }
 
-    /// Where light enters the mean water plane to reach a point under it: x and z, metres.
+    /// The point at which light enters the mean water plane on its way to a point under water: x and z, metres.
     #[inline(always)]
     pub fn entry_point<L: Lanes>(&self, p_ws: V3<L>) -> V2<L> {
         let depth = -(p_ws.y - self.water.y);
@@ -81,7 +81,7 @@ impl LightUniform {
         let (light, height) = (self.position_ws, (self.position_ws.y - self.water.y).max(1.0e-4));
         let across = v2(p_ws.x - light.x, p_ws.z - light.z);
         let distance = across.dot(across).sqrt();
-        // sin θᵢ − n sin θₜ rises with the entry point's distance from below the light: bisect, 20 steps to a millionth.
+        // sin θᵢ − n sin θₜ increases with the horizontal distance between the light and the entry point: bisect in 20 steps, to a millionth.
         let depth = Lanes::max(depth, depth.like(0.0));
         let (mut low, mut high) = (distance.like(0.0), distance);
         for _ in 0..20 {
@@ -105,23 +105,23 @@ impl LightUniform {
         (uv, -(p_ws.y - self.water.y) / self.water.w)
     }
 
-    /// How far to step off a surface, along its normal, so that it does not shadow itself in a map of `size` texels: metres.
+    /// Offset along the normal, m, by which a surface in a map through water of `size` texels must be moved so that it does not shadow itself.
     #[inline(always)]
     pub fn water_texel(&self, size: u32) -> f32 {
         SELF_SHADOW_TEXELS * self.entry.z.max(self.entry.w) / size as f32
     }
 
-    /// The same for the map through air, at a point.
+    /// The same offset for the map through air, at a point.
     #[inline(always)]
     pub fn air_texel<L: Lanes>(&self, p_ws: V3<L>, size: u32) -> L {
         let c = self.clip_from_world.to_cols_array();
-        // Clip units per metre across the map; a perspective map spreads with distance.
+        // Clip units per metre across the map. A perspective map spreads with distance.
         let per_metre = (c[0] * c[0] + c[4] * c[4] + c[8] * c[8]).sqrt();
         let w = p_ws.x * c[3] + p_ws.y * c[7] + p_ws.z * c[11] + c[15];
         w * (SELF_SHADOW_TEXELS * 2.0 / (per_metre * size as f32))
     }
 
-    /// Texture coordinates and depth of a point in the map through air; lanes behind the light are out of the map.
+    /// Texture coordinates and depth of a point in the map through air. Lanes behind the light get coordinates outside of the map.
     #[inline(always)]
     pub fn through_air<L: Lanes>(&self, p_ws: V3<L>) -> (V2<L>, L, L::Mask) {
         let clip = transform_point(&self.clip_from_world, p_ws);
@@ -185,7 +185,7 @@ impl VertexShader for WaterVertex {
     }
 }
 
-/// Stands where a program is made; both programs leave it out.
+/// Type parameter for programs that have no fragment shader.
 struct NoFragment;
 
 impl nephroid_pipeline::shader::FragmentShader for NoFragment {
@@ -199,13 +199,13 @@ impl nephroid_pipeline::shader::FragmentShader for NoFragment {
     }
 }
 
-/// True if no lane is.
+/// True if the mask has no lane set.
 #[inline(always)]
 pub(super) fn none<M: Mask>(mask: M) -> bool {
     !mask.any()
 }
 
-/// The direction of parallel light under flat water; straight down where it could not enter.
+/// Direction of parallel light under flat water; straight down for light that cannot enter.
 #[must_use]
 pub fn refracted_under_flat_water(direction: Vec3, ior: f32) -> Vec3 {
     let d = v3(direction.x, direction.y, direction.z);

@@ -1,4 +1,4 @@
-// A light and its two maps: the twin of `shadow_map.rs`.
+// A light and its two shadow maps: the twin of `shadow_map.rs`.
 
 const SELF_SHADOW_TEXELS: f32 = 2.0;
 
@@ -12,7 +12,7 @@ struct LightUniform {
     refracted: vec4<f32>,
 }
 
-// The light at a point: where it travels, and its irradiance across the beam.
+// The light at a point: its direction of travel, and its irradiance on a perpendicular surface.
 struct LightAt {
     direction: vec3<f32>,
     irradiance: vec3<f32>,
@@ -33,7 +33,7 @@ fn light_at(light: LightUniform, p_ws: vec3<f32>) -> LightAt {
     return LightAt(direction, light.intensity.rgb * scale);
 }
 
-// Where light enters the mean water plane to reach a point under it: x and z.
+// The point at which light enters the mean water plane on its way to a point under water: x and z.
 fn entry_point(light: LightUniform, p_ws: vec3<f32>) -> vec2<f32> {
     var depth = light.water.y - p_ws.y;
     if light.position_ws.w == 0.0 {

@@ -1,11 +1,11 @@
 //! The picture: sky and receivers, then the water surface in front of them [SF05 §3.5, third pass].
 //!
-//! The surface shows the shaded receivers, looked up in one of two ways:
-//! - *virtual plane*: at the place where the surface point, put on the mean water plane, projects to: the paper's fake refraction;
-//! - *Snell*: along the refracted ray of the eye, followed through the position texture by the fixed-point iteration of Shah,
-//!   Konttinen & Pattanaik 2007, `d ← |S − position(project(S + d·r))|`, damped by half.
+//! The surface shows the shaded receivers, which are looked up in one of two ways:
+//! - *virtual plane*: at the pixel of the surface point, moved vertically onto the mean water plane: the paper's fake refraction;
+//! - *Snell*: along the refracted ray of the eye, followed through the position texture by the fixed-point iteration of Shah, Konttinen & Pattanaik
+//!   2007, `d ← |S − position(project(S + d·r))|`, damped by half.
 //!
-//! In front of that stands the water's absorption and in-scattering along the way, and Fresnel's reflection of sky and sun.
+//! The result is attenuated by the water along the way, in-scattered light is added, and Fresnel reflection of sky and sun is mixed in.
 
 use std::sync::Arc;
 
@@ -72,7 +72,7 @@ pub fn background_program() -> Arc<Program> {
     })
 }
 
-/// The water surface; `snell` follows refracted rays, otherwise the virtual plane is used.
+/// The water surface. With `snell` refracted rays are followed, otherwise the virtual plane is used.
 #[must_use]
 pub fn surface_program(snell: bool) -> Arc<Program> {
     let varying = |name| Varying { name, components: 3, interpolation: Interpolation::Perspective };
@@ -91,7 +91,7 @@ pub fn surface_program(snell: bool) -> Arc<Program> {
     })
 }
 
-/// What is left of radiance after `distance` in water, with what the water adds.
+/// Radiance after `distance` metres of water: attenuated, with in-scattered light added.
 #[inline(always)]
 fn through_water<L: Lanes>(environment: &EnvironmentUniform, radiance: V3<L>, distance: L) -> V3<L> {
     let left = beer_lambert_rgb(environment.sigma_t.truncate(), distance);
@@ -113,7 +113,7 @@ impl FragmentShader for Background {
         let seen = input.texel3_here(radiance);
         let ray = camera.ray(input.position.x, input.position.y);
         let color = if camera.water.z > 0.0 {
-            // The eye is under water: everything is seen through it.
+            // The eye is under water, so it sees everything through water.
             let eye = V3::splat(input.token, camera.eye_ws.truncate());
             let distance = L::select(exists, (p - eye).length(), p.x.like(1.0e4));
             through_water(environment, V3::select(exists, seen, v3(p.x.like(0.0), p.x.like(0.0), p.x.like(0.0))), distance)
@@ -133,7 +133,7 @@ impl VertexShader for SurfaceVertex {
         let vertices: &[WaterVertex] = bindings.storage(4);
         let position = input.per_vertex4(|i| vertices.get(i as usize).map_or([0.0; 4], |v| v.position_ws.to_array())).xyz();
         let normal = input.per_vertex4(|i| vertices.get(i as usize).map_or([0.0; 4], |v| v.normal_ws.to_array())).xyz();
-        // The surface is seen where it is: only what lies under it is raised.
+        // The surface appears at its own position: only points under it are raised.
         output.position = transform_point(&camera.clip_from_world, position);
         output.set3(0, position);
         output.set3(3, normal);
@@ -159,14 +159,14 @@ impl FragmentShader for SurfaceFragment {
         let color = if camera.water.z > 0.0 {
             from_below(camera, environment, surface, up, view, ior)
         } else {
-            // A wave's far side can face away from the eye; it is seen edge-on at most.
+            // The far side of a wave can face away from the eye; the cosine is then that of a nearly grazing view.
             let cos = Lanes::max(-view.dot(up), surface.x.like(0.02));
             let reflectance = fresnel_reflectance(cos, 1.0, ior);
             let (ray, _) = refract(view, up, 1.0 / ior);
             let seen = if self.snell { self.follow(bindings, camera, surface, ray) } else { self.virtual_plane(bindings, camera, surface) };
             let below = through_water(environment, seen.radiance, seen.distance);
             let mirrored = reflect(view, up);
-            // Light that a wave throws downwards would hit the water again; it is taken from just above the horizon.
+            // Light that a wave reflects downwards would hit the water again; the sky just above the horizon is taken instead.
             let mirrored = v3(mirrored.x, Lanes::max(mirrored.y, surface.x.like(0.01)), mirrored.z).normalize();
             below * (one - reflectance) + environment.sky(mirrored) * reflectance
         };
@@ -174,15 +174,15 @@ impl FragmentShader for SurfaceFragment {
     }
 }
 
-/// What lies behind a surface point.
+/// The radiance behind a surface point.
 struct Seen<L> {
     radiance: V3<L>,
-    /// Metres of water between.
+    /// Distance in water to the point seen, m.
     distance: L,
 }
 
 impl SurfaceFragment {
-    /// The paper's lookup: this surface point, put on the mean plane.
+    /// The paper's lookup, at this surface point moved vertically onto the mean plane.
     #[inline(always)]
     fn virtual_plane<L: Lanes>(&self, bindings: &Bindings<'_>, camera: &CameraUniform, surface: V3<L>) -> Seen<L> {
         let on_plane = v3(surface.x, surface.y.like(camera.water.x), surface.z);
@@ -192,21 +192,21 @@ impl SurfaceFragment {
         Seen { radiance: radiance_at(bindings, camera, pixel), distance }
     }
 
-    /// Follows a ray from the surface to what it hits.
+    /// Follows a refracted ray from the surface to the first receiver under water.
     #[inline(always)]
     fn follow<L: Lanes>(&self, bindings: &Bindings<'_>, camera: &CameraUniform, surface: V3<L>, ray: V3<L>) -> Seen<L> {
         let zero = surface.x.like(0.0);
-        // Start with what lies straight behind the surface, or a metre down where that is dry.
+        // The start is the receiver straight behind the surface, or one metre of depth if that receiver is above the water.
         let mut pixel = camera.pixel(transform_point(&camera.clip_from_world, surface));
         let mut distance = Lanes::min(-(zero.like(1.0) / ray.y), zero.like(4.0));
-        // Where depth jumps the search has no fixed point and swings; of what it has seen, the point nearest to the ray is taken.
+        // At a jump in depth the iteration has no fixed point and oscillates. Of the points found, the one nearest to the ray is taken.
         let mut best = pixel;
         let mut best_distance = zero;
         let mut best_miss = zero.like(f32::INFINITY);
         for step in 0..SEARCH_STEPS {
             let at = position_at(bindings, pixel);
             let point = v3(at.x, at.y, at.z);
-            // What stands in the dry hides the water there; the ray goes on below it.
+            // A receiver above the water hides the water at this pixel; the ray continues below it.
             let wet = at.w.gt(zero) & camera.under_water(point);
             let to = point - surface;
             let guess = to.length();
@@ -216,18 +216,18 @@ impl SurfaceFragment {
             best = V2::select(better, pixel, best);
             best_distance = L::select(better, guess, best_distance);
             best_miss = L::select(better, miss, best_miss);
-            // The plain iteration swings to and fro on walls seen edge-on; half a step does not.
+            // Without damping, the iteration oscillates on walls seen edge-on; half a step does not.
             let next = if step == 0 { guess } else { (guess + distance) * 0.5 };
             distance = L::select(wet, next, distance);
             pixel = camera.pixel(camera.project(surface + ray * distance));
         }
-        // Where the search meets nothing wet, the water is taken to be deep.
+        // If the iteration finds no point under water, the water is taken to be deep.
         let distance = L::select(best_miss.lt(zero.like(f32::INFINITY)), best_distance, zero.like(1.0e4));
         Seen { radiance: radiance_at(bindings, camera, best), distance }
     }
 }
 
-/// The surface seen by an eye under water: Snell's window, and the mirror around it.
+/// The surface as an eye under water sees it: Snell's window, and total reflection around it.
 #[inline(always)]
 fn from_below<L: Lanes>(
     camera: &CameraUniform,
@@ -241,7 +241,7 @@ fn from_below<L: Lanes>(
     let cos = Lanes::max(-view.dot(down), surface.x.like(1.0e-3));
     let (ray, leaves) = refract(view, down, ior);
     let reflectance = L::select(leaves, fresnel_reflectance(cos, ior, 1.0), surface.x.like(1.0));
-    // Radiance grows by n² in the denser medium.
+    // Radiance in the denser medium is larger by n².
     let sky = environment.sky(ray.normalize()) * surface.x.like(ior * ior);
     let token = surface.x.token();
     let water = V3::splat(token, environment.inscatter.truncate());

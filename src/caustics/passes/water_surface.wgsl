@@ -21,7 +21,7 @@ struct Varyings {
     @location(1) normal_ws: vec3<f32>,
 }
 
-// What lies behind a surface point, and the metres of water between.
+// The radiance behind a surface point, and the distance in water to the point seen, m.
 struct Seen {
     radiance: vec3<f32>,
     distance: f32,
@@ -30,7 +30,7 @@ struct Seen {
 @vertex
 fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
     let vertex = vertices[vertex_index];
-    // The surface is seen where it is: only what lies under it is raised.
+    // The surface appears at its own position: only points under it are raised.
     return Varyings(camera.clip_from_world * vec4<f32>(vertex.position_ws.xyz, 1.0), vertex.position_ws.xyz, vertex.normal_ws.xyz);
 }
 
@@ -61,7 +61,7 @@ fn radiance_at(pixel: vec2<f32>) -> vec3<f32> {
     return upper + (lower - upper) * weight.y;
 }
 
-// The paper's lookup: this surface point, put on the mean plane.
+// The paper's lookup, at this surface point moved vertically onto the mean plane.
 fn virtual_plane(surface: vec3<f32>) -> Seen {
     let on_plane = vec3<f32>(surface.x, camera.water.x, surface.z);
     let pixel = pixel_of(camera, camera.clip_from_world * vec4<f32>(on_plane, 1.0));
@@ -69,17 +69,17 @@ fn virtual_plane(surface: vec3<f32>) -> Seen {
     return Seen(radiance_at(pixel), select(1.0e4, length(at.xyz - surface), at.w > 0.0));
 }
 
-// Follows a ray from the surface to what it hits.
+// Follows a refracted ray from the surface to the first receiver under water.
 fn follow(surface: vec3<f32>, ray: vec3<f32>) -> Seen {
     var pixel = pixel_of(camera, camera.clip_from_world * vec4<f32>(surface, 1.0));
     var distance = min(-(1.0 / ray.y), 4.0);
-    // Where depth jumps the search has no fixed point and swings; of what it has seen, the point nearest to the ray is taken.
+    // At a jump in depth the iteration has no fixed point and oscillates. Of the points found, the one nearest to the ray is taken.
     var best = pixel;
     var best_distance = 1.0e4;
     var best_miss = 3.0e38;
     for (var step = 0; step < SEARCH_STEPS; step++) {
         let at = position_at(pixel);
-        // What stands in the dry hides the water there; the ray goes on below it.
+        // A receiver above the water hides the water at this pixel; the ray continues below it.
         if at.w > 0.0 && under_water(camera, at.xyz) {
             let to = at.xyz - surface;
             let guess = length(to);
@@ -96,7 +96,7 @@ fn follow(surface: vec3<f32>, ray: vec3<f32>) -> Seen {
     return Seen(radiance_at(best), best_distance);
 }
 
-// The surface seen by an eye under water: Snell's window, and the mirror around it.
+// The surface as an eye under water sees it: Snell's window, and total reflection around it.
 fn from_below(surface: vec3<f32>, up: vec3<f32>, view: vec3<f32>, ior: f32) -> vec3<f32> {
     let down = -up;
     let leaves = refracts(view, down, ior);
@@ -119,7 +119,7 @@ fn fs(in: Varyings) -> @location(0) vec4<f32> {
     if camera.water.z > 0.0 {
         return vec4<f32>(from_below(surface, up, view, ior), 1.0);
     }
-    // A wave's far side can face away from the eye; it is seen edge-on at most.
+    // The far side of a wave can face away from the eye; the cosine is then that of a nearly grazing view.
     let reflectance = fresnel_reflectance(max(-dot(view, up), 0.02), 1.0, ior);
     var seen: Seen;
     if snell {
@@ -128,7 +128,7 @@ fn fs(in: Varyings) -> @location(0) vec4<f32> {
         seen = virtual_plane(surface);
     }
     let below = through_medium(environment.sigma_t.rgb, environment.inscatter.rgb, seen.radiance, seen.distance);
-    // Light that a wave throws downwards would hit the water again; it is taken from just above the horizon.
+    // Light that a wave reflects downwards would hit the water again; the sky just above the horizon is taken instead.
     var mirrored = reflect_ray(view, up);
     mirrored = normalize(vec3<f32>(mirrored.x, max(mirrored.y, 0.01), mirrored.z));
     return vec4<f32>(below * (1.0 - reflectance) + sky(environment, mirrored) * reflectance, 1.0);

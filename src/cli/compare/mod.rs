@@ -1,4 +1,4 @@
-//! `nephroid compare`: how far one picture is from another, or techniques from the ground truth.
+//! `nephroid compare`: compares two pictures, or techniques with the ground truth.
 
 mod pictures;
 mod scene;
@@ -70,7 +70,7 @@ pub struct Bound {
     value: f64,
 }
 
-/// `MEASURE=VALUE`.
+/// Parses `MEASURE=VALUE`.
 fn bound(text: &str) -> Result<Bound, String> {
     let names = || MEASURES.iter().map(|m| m.name).collect::<Vec<_>>().join(", ");
     let Some((name, value)) = text.split_once('=') else { return Err(format!("expected MEASURE=VALUE, MEASURE one of {}", names())) };
@@ -80,7 +80,7 @@ fn bound(text: &str) -> Result<Bound, String> {
     Ok(Bound { measure, value })
 }
 
-/// The table of measures, below the flags.
+/// The table of measures, shown below the flags.
 fn measures_help() -> String {
     let rows: Vec<_> = MEASURES.iter().map(|m| ["", m.name, m.summary]).collect();
     format!(
@@ -89,7 +89,7 @@ fn measures_help() -> String {
     )
 }
 
-/// The arguments as meant.
+/// The resolved arguments.
 #[derive(Debug)]
 pub struct HiArgs {
     what: What,
@@ -106,6 +106,9 @@ enum What {
 
 impl HiArgs {
     /// Resolves the arguments. Reads nothing and writes nothing.
+    ///
+    /// # Errors
+    /// If flags contradict each other, or a technique or file format is unknown.
     pub fn resolve(low: LowArgs, known: Techniques) -> anyhow::Result<Self> {
         let is_scene = |path: &PathBuf| path.extension().and_then(OsStr::to_str).is_some_and(|e| e.eq_ignore_ascii_case("ron"));
         if let Some(path) = &low.output {
@@ -146,7 +149,7 @@ impl HiArgs {
     }
 }
 
-/// The techniques named, each known and named once; all for `all` or none.
+/// The named techniques; each must be known and named once. All techniques for `all` or if none is named.
 fn techniques(known: Techniques, names: Option<&[String]>) -> anyhow::Result<Vec<&'static str>> {
     let all: Vec<&'static str> = known.names().collect();
     let Some(names) = names else { return Ok(all) };
@@ -164,7 +167,10 @@ fn techniques(known: Techniques, names: Option<&[String]>) -> anyhow::Result<Vec
     Ok(chosen)
 }
 
-/// Compares and reports.
+/// Compares, prints the results and writes pictures.
+///
+/// # Errors
+/// If a file cannot be read, compared or written.
 pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     interrupt::install()?;
     let results = match &args.what {

@@ -1,4 +1,4 @@
-//! Two files.
+//! Comparison of two files.
 
 use std::path::{Path, PathBuf};
 
@@ -11,21 +11,24 @@ use crate::image::{Layer, LayerSet, STANDARD_LAYERS, file, png};
 use crate::metrics::Pair;
 use crate::report::{Figure, Judged, Verdict, judge, number};
 
-/// Layers to look for where none is named.
+/// Layers that are compared if none is named; the first one that both files have is taken.
 const USUAL_LAYERS: [&str; 2] = ["caustic_irradiance", "color"];
 
-/// What to compare.
+/// The files to compare.
 #[derive(Debug)]
 pub struct Request {
-    /// What is taken for the truth.
+    /// The picture that is taken as the truth.
     pub reference: PathBuf,
-    /// What is judged.
+    /// The picture that is judged.
     pub test: PathBuf,
-    /// Which layer; `None` for the first of [`USUAL_LAYERS`] that both have.
+    /// Name of the layer; `None` for the first of [`USUAL_LAYERS`] that both files have.
     pub layer: Option<String>,
 }
 
 /// Compares two files.
+///
+/// # Errors
+/// If a file cannot be read, the pictures cannot be compared, or the figure cannot be written.
 pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Results> {
     let (reference, test) = (file::read(&request.reference)?, file::read(&request.test)?);
     ensure!(
@@ -72,6 +75,9 @@ pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Resu
 }
 
 /// Draws the figure and writes it.
+///
+/// # Errors
+/// If the figure is too large or cannot be written.
 pub fn draw(path: &Path, title: &str, pair: Pair<'_>, names: (&str, &str), unit: &str, verdicts: &[Verdict]) -> anyhow::Result<()> {
     let metrics: Vec<(String, String)> = verdicts
         .iter()
@@ -83,7 +89,7 @@ pub fn draw(path: &Path, title: &str, pair: Pair<'_>, names: (&str, &str), unit:
     Ok(())
 }
 
-/// Three channels of a layer: one is repeated, a fourth left out.
+/// Three channels of a layer: a single channel is repeated, a fourth is left out.
 fn rgb(layer: &Layer) -> Vec<[f32; 3]> {
     let planes = layer.planes();
     let channel = |index: usize, k: usize| planes[k.min(planes.len() - 1)].pixels()[index];

@@ -1,7 +1,7 @@
-//! Techniques against the ground truth of a scene.
+//! Comparison of techniques with the ground truth of a scene.
 //!
-//! Light is judged where a technique shows it: the ground truth is measured at the very points that the technique drew, so that what is compared
-//! is light transport alone. How well the technique finds the points that the eye sees is another number, `view_px`.
+//! The ground truth is measured at exactly the points that a technique has drawn, so the comparison concerns light transport alone. How accurately a
+//! technique finds the points that the eye sees is a separate measure, `view_px`.
 
 use std::path::{Path, PathBuf};
 
@@ -20,34 +20,34 @@ use crate::report::{Judged, judge, number};
 use crate::scene::Scene;
 use crate::trace::{Measured, Points, TraceOptions, Tracer, camera_points};
 
-/// Photons of the ground truth where none are asked for.
+/// Photons of the ground truth if no number is given.
 pub const DEFAULT_PHOTONS: u64 = 50_000_000;
 
-/// Layers that are compared, and those that say where.
+/// Layers that are compared, and layers that locate their points.
 const LAYERS: [&str; 4] = ["caustic_irradiance", "position", "normal", "depth"];
 
-/// What to compare.
+/// The scene and the techniques to compare.
 #[derive(Debug)]
 pub struct Request {
     /// The scene file.
     pub scene: PathBuf,
-    /// The techniques there are.
+    /// All known techniques.
     pub known: Techniques,
-    /// Names of those to compare.
+    /// Names of the techniques to compare.
     pub techniques: Vec<&'static str>,
     /// Photons of the ground truth.
     pub photons: u64,
     /// Seed of the ground truth.
     pub seed: u32,
-    /// Overrides of the scene.
+    /// Overrides the scene's image size.
     pub size: Option<ImageSize>,
-    /// Overrides of the scene.
+    /// Overrides the scene's time, in seconds.
     pub time_s: Option<f32>,
-    /// Overrides of the scene.
+    /// Further overrides of the scene.
     pub settings: Vec<SettingArgument>,
 }
 
-/// The truth at the points of one technique's picture.
+/// The ground truth at the points of one technique's picture.
 struct Truth {
     points: Points,
     irradiance: Measured,
@@ -56,7 +56,10 @@ struct Truth {
     noise: f64,
 }
 
-/// Compares every technique with the truth.
+/// Compares every technique with the ground truth.
+///
+/// # Errors
+/// If the scene cannot be loaded, traced or rendered, or a figure cannot be written.
 pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Results> {
     let scene = renderer::load(request.known, &request.scene, None, request.size, request.time_s, &request.settings)?;
     if picture.is_none() {
@@ -105,7 +108,7 @@ fn number_of(value: f64) -> String {
     number(value, 3)
 }
 
-/// `FILE.png`, with the technique's name in it where there are several; by default in `out/`.
+/// `FILE.png`, with the technique's name inserted if there are several; by default in `out/`.
 fn picture_path(picture: Option<&Path>, request: &Request, technique: &str) -> PathBuf {
     match picture {
         Some(path) if request.techniques.len() == 1 => path.to_owned(),
@@ -117,7 +120,7 @@ fn picture_path(picture: Option<&Path>, request: &Request, technique: &str) -> P
     }
 }
 
-/// Where a technique's picture shows what.
+/// The points that a technique's picture shows; `None` without the layers that locate them.
 fn points(layers: &LayerSet) -> Option<Points> {
     let (position, normal, depth) = (layers.get("position")?, layers.get("normal")?, layers.get("depth")?);
     let at = |layer: &crate::image::Layer, k: usize| Vec3::from_array([0, 1, 2].map(|c| layer.planes()[c].pixels()[k]));
@@ -170,7 +173,7 @@ fn judge_technique(
     Ok(Column { name: technique.to_owned(), verdicts, facts })
 }
 
-/// How far the point that a pixel shows is from the one that the eye would see there, in pixels.
+/// Distance in pixels between the point that a pixel shows and the point that the eye would see there.
 fn view_error_px(truth: &Truth, seen: &[Option<Vec3>], pixel: usize) -> Option<f64> {
     let (shown, seen) = (truth.points.positions[pixel]?, seen[pixel]?);
     let width = f64::from(truth.areas[pixel]).sqrt();

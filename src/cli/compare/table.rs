@@ -1,4 +1,4 @@
-//! What a comparison found, as a table or as JSON.
+//! Results of a comparison, as a table or as JSON.
 
 use serde::Serialize;
 
@@ -7,27 +7,27 @@ use crate::report::{Verdict, number};
 
 use super::Bound;
 
-/// Everything that was compared.
+/// Results of a comparison.
 #[derive(Debug)]
 pub struct Results {
-    /// What the reference is.
+    /// Description of the reference.
     pub reference: String,
     /// Facts about the reference and the comparison, by name.
     pub facts: Vec<(String, String)>,
-    /// One per picture that was judged.
+    /// One column per judged picture.
     pub columns: Vec<Column>,
-    /// Pictures written.
+    /// Names of the pictures written.
     pub files: Vec<String>,
 }
 
-/// One picture that was judged.
+/// Results of one judged picture.
 #[derive(Debug)]
 pub struct Column {
-    /// What it is.
+    /// Name of the picture.
     pub name: String,
-    /// By measure.
+    /// Value of each measure.
     pub verdicts: Vec<Verdict>,
-    /// Further facts about it, by name.
+    /// Further facts about the picture, by name.
     pub facts: Vec<(String, String)>,
 }
 
@@ -41,7 +41,10 @@ struct Report<'a> {
     results: Vec<serde_json::Value>,
 }
 
-/// Prints the results; whether all bounds are kept.
+/// Prints the results. Returns whether all bounds are kept.
+///
+/// # Errors
+/// If stdout cannot be written to.
 pub fn tell(results: &Results, bounds: &[Bound], json: bool) -> anyhow::Result<Outcome> {
     let exceeded = exceeded(results, bounds);
     if json {
@@ -71,7 +74,7 @@ pub fn tell(results: &Results, bounds: &[Bound], json: bool) -> anyhow::Result<O
     Ok(if exceeded.is_empty() { Outcome::Done } else { Outcome::Differs })
 }
 
-/// Every bound that is not kept. A measure without a value keeps no bound.
+/// Every bound that is exceeded. A measure without a value exceeds every bound.
 fn exceeded(results: &Results, bounds: &[Bound]) -> Vec<String> {
     let mut exceeded = Vec::new();
     for column in &results.columns {

@@ -1,4 +1,4 @@
-//! `nephroid crosscheck`: frames on the software GPU and on a driver, compared after every pass.
+//! `nephroid crosscheck`: runs frames on the software GPU and on a driver and compares them after every pass.
 
 #[cfg(feature = "wgpu")]
 mod run;
@@ -65,34 +65,37 @@ pub enum Modes {
     Both,
 }
 
-/// The arguments as meant.
+/// The resolved arguments.
 #[cfg_attr(not(feature = "wgpu"), expect(dead_code, reason = "without drivers nothing is run, but arguments are checked all the same"))]
 #[derive(Debug)]
 pub struct HiArgs {
-    /// The techniques there are; all are compared.
+    /// All known techniques; each is compared.
     pub techniques: Techniques,
     /// Scene files; all below scenes/ if `all`.
     pub scenes: Vec<PathBuf>,
-    /// Take every scene that is shipped.
+    /// Whether every shipped scene is compared.
     pub all: bool,
-    /// Share of the conformance run, if it is asked for.
+    /// Share of the conformance run, if one is requested.
     pub conformance: Option<f64>,
-    /// Part of an adapter's name.
+    /// Part of the adapter's name.
     pub adapter: Option<String>,
-    /// What the driver starts each pass from.
+    /// The state from which the driver starts each pass.
     pub mode: Modes,
     /// Overrides the scenes' image size.
     pub size: Option<ImageSize>,
     /// Further overrides.
     pub settings: Vec<SettingArgument>,
-    /// Where pictures go.
+    /// Folder for pictures.
     pub output: Option<PathBuf>,
-    /// JSON instead of a table.
+    /// Whether to print JSON instead of a table.
     pub json: bool,
 }
 
 impl HiArgs {
     /// Resolves the arguments. Reads nothing.
+    ///
+    /// # Errors
+    /// If flags contradict each other.
     pub fn resolve(low: LowArgs, techniques: Techniques) -> anyhow::Result<Self> {
         ensure!(
             !low.scenes.is_empty() || low.all || low.conformance,
@@ -114,7 +117,10 @@ impl HiArgs {
     }
 }
 
-/// Compares, and says so. Without a driver nothing is compared, and that is an error.
+/// Returns an error, because this build has no drivers.
+///
+/// # Errors
+/// Always.
 #[cfg(not(feature = "wgpu"))]
 pub fn run(_args: &HiArgs) -> anyhow::Result<crate::cli::Outcome> {
     anyhow::bail!("not run: {}", crate::cli::drivers::WITHOUT)

@@ -1,4 +1,4 @@
-//! Running the comparison and telling its result.
+//! Runs the cross-check and prints the results.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -17,10 +17,10 @@ use crate::gpu::{Gpu, GpuError, conformance, find_adapter};
 use crate::image::{file, png};
 use crate::pipeline::{Device, DeviceOptions, Surface, format_info};
 
-/// Most draws of a frame that `--all` compares: a driver without a GPU takes milliseconds for each.
+/// Most draws of a frame that `--all` compares: a driver without a GPU needs milliseconds for each draw.
 const MOST_DRAWS: usize = 20_000;
 
-/// Everything that was compared.
+/// Results of all comparisons.
 #[derive(Serialize)]
 struct All {
     adapter: String,
@@ -31,7 +31,7 @@ struct All {
     conformance: Option<conformance::Report>,
 }
 
-/// A frame that `--all` does not compare.
+/// A frame that `--all` leaves out.
 #[derive(Serialize)]
 struct LeftOut {
     scene: String,
@@ -39,7 +39,7 @@ struct LeftOut {
     draws: usize,
 }
 
-/// One frame in one mode.
+/// Results of one frame in one mode.
 #[derive(Serialize)]
 struct FrameReport {
     scene: String,
@@ -50,7 +50,10 @@ struct FrameReport {
     pictures: Vec<PathBuf>,
 }
 
-/// Compares, and says so.
+/// Runs the cross-check and prints the results.
+///
+/// # Errors
+/// If there is no driver, a frame cannot be built or run, or a picture cannot be written.
 pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     interrupt::install()?;
     let adapter = match find_adapter(args.adapter.as_deref()) {
@@ -159,7 +162,7 @@ fn picture(attachment: &AttachmentReport, surfaces: [&Surface; 2], path: &Path, 
     Ok(())
 }
 
-/// The result for people.
+/// The results as a table.
 fn table(report: &FrameReport) -> String {
     let mode = match report.report.mode {
         Mode::FreeRunning => "free-running",
@@ -198,7 +201,7 @@ fn table(report: &FrameReport) -> String {
     text
 }
 
-/// The vertex stages, the worst draw of each pass.
+/// Table of the vertex stages: the worst draw of each pass.
 fn vertex_table(report: &Report) -> String {
     let mut rows: Vec<[String; 7]> = Vec::new();
     for pass in report.vertices.chunk_by(|a, b| a.pass_index == b.pass_index) {
@@ -222,7 +225,7 @@ fn vertex_table(report: &Report) -> String {
     output::columns(&rows)
 }
 
-/// Where two versions part, in words.
+/// The place at which two versions begin to differ, in words.
 fn told(located: &Located) -> String {
     let p = &located.pixel;
     let mut text = format!(

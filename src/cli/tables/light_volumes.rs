@@ -1,6 +1,6 @@
-//! Tables 1 and 2 of Barczak & Olano: four views, three meshes, four ways to draw them.
+//! Tables 1 and 2 of Barczak & Olano: four views, three meshes, four ways of drawing.
 //!
-//! The water stands still, but everything that depends on it is done again for each frame, as if it had moved. Its simulation is not in the times.
+//! The water does not move, but everything that depends on it is computed again for each frame, as if it moved. The times exclude its simulation.
 
 use std::fmt::Write as _;
 
@@ -24,15 +24,15 @@ const SIZE: (u32, u32) = (1024, 768);
 /// Frames per second, by mesh.
 type Rates = [f64; 3];
 
-/// A view of the paper, and the scene that stands for it.
+/// A view of the paper, and the scene that corresponds to it.
 struct PaperView {
     scene: &'static str,
     figure: &'static str,
     /// Share of the beams in view that the paper gives, %.
     in_view: u32,
-    /// Table 1: reference, hierarchical.
+    /// Table 1: frames per second of the reference and of the hierarchical culler.
     culling: [Rates; 2],
-    /// Table 2, by [`Way`].
+    /// Table 2: frames per second by [`Way`].
     frames: [Rates; 4],
 }
 
@@ -67,7 +67,7 @@ const VIEWS: [PaperView; 4] = [
     },
 ];
 
-/// A row of table 2.
+/// A row of table 2: a way of drawing.
 struct Way {
     name: &'static str,
     culling: BeamCulling,
@@ -94,6 +94,9 @@ struct Measured {
 }
 
 /// Measures all cells, then prints them.
+///
+/// # Errors
+/// If a scene cannot be loaded or rendered, or stdout cannot be written to.
 pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
     let scenes: Vec<Scene> = VIEWS.iter().map(|view| techniques.load(&low.scenes.join(view.scene))).collect::<Result<_, _>>()?;
     let progress = Progress::new((VIEWS.len() * MESHES.len() * WAYS.len()) as u64);
@@ -117,7 +120,7 @@ pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A scene as the paper's test draws it.
+/// A scene with the settings of the paper's test.
 fn prepared(scene: &Scene, mesh: u32, way: &Way) -> Scene {
     let mut scene = scene.clone();
     (scene.image.width, scene.image.height) = SIZE;
@@ -151,7 +154,7 @@ fn percent(faster: f64) -> String {
     format!("{:+.0} %", (faster - 1.0) * 100.0)
 }
 
-/// Table 1: how much faster beams are culled and clamped down the hierarchy.
+/// Table 1: speed-up of culling and clamping by the hierarchy.
 fn culling_table(all: &[Measured]) -> String {
     let mut text = String::from(
         "\nTable 1: culling and clamping, hierarchical against beam by beam. `culling` is that alone, with what it takes to keep the hierarchy; \
@@ -199,7 +202,7 @@ fn frame_table(all: &[Measured]) -> String {
     text
 }
 
-/// What each step gains over the reference in whole frames.
+/// Speed-up of whole frames over the reference, for each step.
 fn gain_table(all: &[Measured]) -> String {
     let mut text = String::from("\nWhole frames over the reference, the paper's and ours.\n\n| view | |");
     MESHES.iter().for_each(|mesh| text.push_str(&format!(" {mesh}², paper | ours |")));
@@ -222,7 +225,7 @@ fn gain_table(all: &[Measured]) -> String {
     text
 }
 
-/// What was drawn and asked.
+/// Numbers of draws, queries and fragments.
 fn work_table(all: &[Measured]) -> String {
     let mut text = String::from(
         "\nWork. `in view` is the share of beams that are not out of view, the paper's in brackets; `shadow` are beams culled in shadow.\n\n\

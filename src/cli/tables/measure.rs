@@ -1,4 +1,4 @@
-//! What frames of one scene cost, and what they do.
+//! Measures the cost of frames of one scene.
 
 use std::sync::OnceLock;
 use std::time::Instant;
@@ -10,40 +10,43 @@ use crate::frame::{Contents, FrameObserver, Pass};
 use crate::pipeline::{Observer, PassOutput};
 use crate::scene::Scene;
 
-/// Frames before those that count.
+/// Frames rendered before those that count.
 const WARM_UP: u32 = 1;
 
-/// How often a frame is built for each that is run: parts of building take a millisecond, and are told apart by tenths of it.
+/// Frames built for each frame that is run: parts of building take about a millisecond and are compared by tenths of it.
 const BUILDS: u32 = 4;
 
-/// What was measured. Times are medians, s.
+/// Results of a measurement. Times are medians, s.
 #[derive(Clone, Debug, Serialize)]
 pub struct Cell {
-    /// Of a whole frame.
+    /// Time of a whole frame.
     pub frame_s: f64,
-    /// Of parts of building it, by name; measured on frames that are built and not drawn.
+    /// Times of the parts of frame building, by name; measured on frames that are built and not run.
     pub building_s: Vec<(&'static str, f64)>,
-    /// Of the passes whose labels start with the prefix asked for.
+    /// Time of the passes whose labels start with the requested prefix.
     pub passes_s: f64,
     /// Counters of the technique.
     pub counters: Vec<(String, u64)>,
-    /// Fragments that passed in those passes.
+    /// Number of fragments that passed in those passes.
     pub fragments: u64,
 }
 
 impl Cell {
-    /// Time of a part of building the frame; 0 if there is none of that name.
+    /// Time of a part of frame building; 0 if there is no such part.
     pub fn building(&self, name: &str) -> f64 {
         self.building_s.iter().find(|(part, _)| *part == name).map_or(0.0, |(_, seconds)| *seconds)
     }
 
-    /// A counter; 0 if there is none of that name.
+    /// Value of a counter; 0 if there is no such counter.
     pub fn counter(&self, name: &str) -> u64 {
         self.counters.iter().find(|(counter, _)| counter == name).map_or(0, |(_, count)| *count)
     }
 }
 
-/// Measures frames of a scene, as it is, on all cores.
+/// Measures frames of an unchanged scene on all cores.
+///
+/// # Errors
+/// If a frame cannot be built or run.
 pub fn measure(scene: &Scene, technique: &str, frames: u32, passes: &'static str) -> anyhow::Result<Cell> {
     let options = RenderOptions { technique: technique.to_owned(), ..RenderOptions::default() };
     let mut renderer = Renderer::new(scene, &options)?;
@@ -54,7 +57,7 @@ pub fn measure(scene: &Scene, technique: &str, frames: u32, passes: &'static str
         let start = Instant::now();
         let mut built = renderer.run(scene, Some(&mut clock))?;
         let seconds = start.elapsed().as_secs_f64();
-        // What it drew is large, and not needed any more.
+        // The frame is large and no longer needed.
         built.frame = crate::frame::Frame::default();
         if frame >= WARM_UP {
             runs.push((seconds, built, clock));
@@ -77,7 +80,7 @@ pub fn measure(scene: &Scene, technique: &str, frames: u32, passes: &'static str
     })
 }
 
-/// Seconds since it was first asked.
+/// Seconds since the first call.
 fn seconds() -> f64 {
     static START: OnceLock<Instant> = OnceLock::new();
     START.get_or_init(Instant::now).elapsed().as_secs_f64()
@@ -88,7 +91,7 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Sums up time and fragments of some passes.
+/// Sums time and fragments of some passes.
 struct Clock {
     prefix: &'static str,
     begun: Option<Instant>,

@@ -1,4 +1,4 @@
-//! `nephroid tables`: measures again what a paper's tables measure, and prints it beside the paper's numbers.
+//! `nephroid tables`: repeats the measurements of a paper's tables and prints them beside the paper's numbers.
 
 mod light_volumes;
 mod measure;
@@ -37,7 +37,10 @@ enum Paper {
     LightVolumes,
 }
 
-/// Measures and prints.
+/// Measures and prints the tables.
+///
+/// # Errors
+/// If a scene cannot be loaded or rendered, or stdout cannot be written to.
 pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
     interrupt::install()?;
     match low.paper {

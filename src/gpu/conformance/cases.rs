@@ -1,4 +1,4 @@
-//! The table of conformance cases: what is drawn, how often, and what is expected of each rasterizer.
+//! The table of conformance cases: what each draws, how often, and the expected result of each rasterizer.
 
 use serde::Serialize;
 
@@ -12,21 +12,21 @@ use crate::Family;
 use nephroid_pipeline::shader::Interpolation;
 use nephroid_pipeline::state::TextureFormat;
 
-/// How near a driver must come to the software GPU under the driver's preset.
+/// How close a driver must be to the software GPU under the driver's preset.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Expectation {
-    /// Bit for bit.
+    /// Identical bits.
     Exact,
-    /// Bit for bit except where rounding is free: this relative error, and the name of the bound.
+    /// Identical bits, except where rounding is free: at most this relative error. The string names the bound.
     Within(f64, &'static str),
-    /// Some pixels differ, and this is why; no more for each primitive drawn than this, or [`FEW`] in all.
+    /// Some pixels differ, for the reason given: at most this many per primitive drawn, or [`FEW`] in all.
     Differs(&'static str, f64),
 }
 
-/// Pixels that may differ in a short run, however few pixels it has.
+/// Number of pixels that may differ in a short run, however few pixels are compared.
 pub const FEW: u64 = 5;
 
-/// What a case draws.
+/// The kind of primitives that a case draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -41,24 +41,24 @@ pub enum Kind {
 /// One conformance case.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
-    /// Topic and variant.
+    /// Name: topic and variant.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Description in one line.
     pub what: &'static str,
-    /// What its primitives are.
+    /// Kind of its primitives.
     pub kind: Kind,
-    /// Drawings of a full run.
+    /// Number of drawings in a full run.
     pub drawings: u32,
-    /// Makes the drawing of a number.
+    /// Makes the drawing with a given number.
     pub draw: fn(&mut RandomNumbers, u32) -> Drawing,
-    /// What lavapipe is expected to do.
+    /// Expected result of lavapipe.
     pub lavapipe: Expectation,
-    /// What SwiftShader is expected to do.
+    /// Expected result of SwiftShader.
     pub swiftshader: Expectation,
 }
 
-/// Bound on interpolated attributes of well-shaped triangles from 16 pixels on, w within e^±1. Drivers compute planes and the division
-/// by w in f32, each in its own order, and may use approximate reciprocals; lavapipe's planes start at the target's origin.
+/// Bound on interpolated attributes of well-shaped triangles of at least 16 pixels, with w within e^±1. Drivers compute planes and the division by w
+/// in f32, each in its own order, and may use approximate reciprocals; lavapipe's planes start at the target's origin.
 pub const WELL_SHAPED: Expectation = Expectation::Within(2.0e-4, "WELL_SHAPED");
 
 const fn case(name: &'static str, what: &'static str, drawings: u32, draw: fn(&mut RandomNumbers, u32) -> Drawing) -> Case {
@@ -81,7 +81,7 @@ impl Case {
         Self { swiftshader, ..self }
     }
 
-    /// What is expected of a rasterizer; one that was never measured is expected to follow the rules.
+    /// Expected result of a rasterizer. One that was never measured is expected to follow its rules exactly.
     #[must_use]
     pub fn expected(&self, family: Family) -> Expectation {
         match family {
@@ -94,16 +94,16 @@ impl Case {
         }
     }
 
-    /// Drawings of a run of this share, at least one.
+    /// Number of drawings in a run of this share, at least one.
     #[must_use]
     pub fn drawings_of(&self, share: f64) -> u32 {
         ((f64::from(self.drawings) * share).ceil() as u32).clamp(1, self.drawings)
     }
 
-    /// The drawing of a number.
+    /// The drawing with this number.
     #[must_use]
     pub fn drawing(&self, seed: u32, index: u32) -> Drawing {
-        // A case keeps its primitives wherever it stands in the table.
+        // The case's name seeds its random numbers, so a case keeps its primitives wherever it stands in the table.
         let named = self.name.bytes().fold(seed ^ 0x811c_9dc5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
         (self.draw)(&mut RandomNumbers::new(named, index), index)
     }

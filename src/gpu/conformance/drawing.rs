@@ -1,4 +1,4 @@
-//! One conformance drawing: primitives, state and targets, as a frame.
+//! A conformance drawing: primitives, state and targets, as a frame.
 
 use std::sync::Arc;
 
@@ -11,26 +11,26 @@ use nephroid_pipeline::state::{
 };
 use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 
-/// Primitives drawn in one go into cleared targets.
+/// Primitives that one draw renders into cleared targets.
 #[derive(Clone, Debug)]
 pub struct Drawing {
     /// Width and height of the targets in pixels.
     pub size: (u32, u32),
-    /// The primitives' vertices, in order.
+    /// Vertices of the primitives, in order.
     pub vertices: Vec<Vertex>,
-    /// Points, lines or triangles; a list.
+    /// Topology: a list of points, lines or triangles.
     pub topology: PrimitiveTopology,
     /// How colours are interpolated.
     pub interpolation: Interpolation,
-    /// Colour target and how it is blended; `None` for no colour.
+    /// Format of the colour target, and its blending; `None` without a colour target.
     pub color: Option<(TextureFormat, Option<BlendState>)>,
-    /// What the colour target is cleared to.
+    /// Clear value of the colour target.
     pub clear: Color,
-    /// Depth and stencil.
+    /// Depth and stencil state.
     pub depth_stencil: Option<DepthStencilState>,
-    /// Depth that the target is cleared to.
+    /// Clear value of depth.
     pub clear_depth: f32,
-    /// Everything else about primitives.
+    /// All other primitive state.
     pub primitive: PrimitiveState,
     /// Edge of points, pixels.
     pub point_size: f32,
@@ -38,16 +38,16 @@ pub struct Drawing {
     pub line_width: f32,
     /// Whether fragments are counted.
     pub query: bool,
-    /// What stencil values are compared with and replaced by.
+    /// Stencil reference.
     pub stencil_reference: u32,
-    /// The constant of blend factors.
+    /// Blend constant.
     pub blend_constant: [f32; 4],
     /// Viewport; `None` for the whole target.
     pub viewport: Option<Viewport>,
 }
 
 impl Drawing {
-    /// Triangles whose colours add up in a 32-bit float target.
+    /// Triangles whose colours are added up in a 32-bit float target.
     #[must_use]
     pub fn adding(size: (u32, u32), vertices: Vec<Vertex>) -> Self {
         Self {
@@ -69,13 +69,13 @@ impl Drawing {
         }
     }
 
-    /// Primitives.
+    /// Number of primitives.
     #[must_use]
     pub fn count(&self) -> usize {
         self.vertices.len() / self.corners()
     }
 
-    /// Some of the primitives, by number, with everything else as it is.
+    /// A drawing of some of the primitives, chosen by number, with all other state unchanged.
     #[must_use]
     pub fn only(&self, primitives: &[usize]) -> Self {
         let corners = self.corners();
@@ -83,7 +83,7 @@ impl Drawing {
         Self { vertices, ..self.clone() }
     }
 
-    /// Vertices of a primitive.
+    /// Number of vertices of a primitive.
     #[must_use]
     pub fn corners(&self) -> usize {
         match self.topology {
@@ -93,7 +93,7 @@ impl Drawing {
         }
     }
 
-    /// The frame: one pass with one draw.
+    /// The drawing as a frame: one pass with one draw.
     #[must_use]
     pub fn frame(&self, rules: RasterRules) -> Frame {
         let mut frame = Frame { rules, ..Frame::default() };

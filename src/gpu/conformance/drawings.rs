@@ -1,4 +1,4 @@
-//! The drawings of the cases: which primitives, in which state, into which targets.
+//! The drawings of the cases: their primitives, state and targets.
 
 use super::drawing::Drawing;
 use super::primitives::{Crossing, MOST_ADDED, RandomNumbers, Shape, any_w, corners, crossing, push_flat, push_weighted, to_clip};
@@ -10,27 +10,27 @@ use nephroid_pipeline::state::{
 };
 use nephroid_pipeline::{ChannelKind, FORMATS, format_info};
 
-/// Target sizes in turn: a power of two, one that is not, and a screen.
+/// Target sizes, used in turn: a power of two, one that is not, and a screen.
 const SIZES: [(u32, u32); 5] = [(64, 64), (100, 60), (64, 64), (100, 60), (1024, 768)];
-/// Triangles of a drawing that may cover much of a screen.
+/// Triangles of a drawing in which each may cover much of a screen.
 const ON_A_SCREEN: u32 = 250;
 
 fn size_of(index: u32) -> (u32, u32) {
     SIZES[index as usize % SIZES.len()]
 }
 
-/// `|shape|` in every target size, at w = 1 and, in every other round, at any w.
+/// Whether the triangles of a drawing have w = 1; all others have a random w. Both occur at every target size.
 fn is_at_one(index: u32) -> bool {
     (index as usize / SIZES.len()).is_multiple_of(2)
 }
 
-/// Triangles of a shape in clip space, one after the other.
+/// Triangles of a shape in clip space, listed one after the other.
 fn triangles(shape: Shape, source: &mut RandomNumbers, index: u32, count: u32) -> Vec<[[f32; 4]; 3]> {
     let size = size_of(index);
     let mut list = Vec::new();
     while list.len() < count as usize {
         for triangle in corners(shape, source, size) {
-            // Corners that fans share must have one w, so that edges are shared to the last bit.
+            // Two triangles of a fan share corners. A shared corner must have the same w in both, so that the shared edge has the same bits.
             let shared = if is_at_one(index) { 1.0 } else { any_w(source) };
             let own = !is_at_one(index) && shape != Shape::Fan;
             list.push(triangle.map(|at| {
@@ -57,7 +57,7 @@ fn count_of(shape: Shape, index: u32) -> u32 {
     }
 }
 
-/// Coverage: every triangle adds its own weight.
+/// Coverage: every triangle adds a weight of its own.
 pub(super) fn coverage(shape: Shape, source: &mut RandomNumbers, index: u32) -> Drawing {
     let list = triangles(shape, source, index, count_of(shape, index));
     weighted(size_of(index), source, &list)
@@ -79,7 +79,7 @@ pub(super) fn clipping(kind: Crossing, source: &mut RandomNumbers, index: u32) -
     weighted(size, source, &list)
 }
 
-/// A depth test that writes, and nothing else.
+/// A depth test with `Less` that writes depth.
 fn less(format: TextureFormat) -> DepthStencilState {
     DepthStencilState {
         format,
@@ -90,7 +90,7 @@ fn less(format: TextureFormat) -> DepthStencilState {
     }
 }
 
-/// What every other drawing of depth has: triangles of all sizes inside the frustum, or crossing its sides, near and far plane.
+/// Triangles for drawings of depth: of all sizes inside the frustum, or crossing its sides, near and far plane.
 fn depth_triangles(source: &mut RandomNumbers, index: u32) -> Vec<[[f32; 4]; 3]> {
     let count = if size_of(index).0 > 512 { ON_A_SCREEN } else { 1000 };
     let shape = [Shape::Uniform, Shape::Small(8.0), Shape::Sliver, Shape::Small(32.0)][index as usize / SIZES.len() % 4];
@@ -100,17 +100,17 @@ fn depth_triangles(source: &mut RandomNumbers, index: u32) -> Vec<[[f32; 4]; 3]>
     list
 }
 
-/// The nearest triangle wins; its number is the colour.
+/// The nearest triangle wins; a triangle's number is its colour.
 pub(super) fn depth(format: TextureFormat, source: &mut RandomNumbers, index: u32) -> Drawing {
     let list = depth_triangles(source, index);
     let drawing = weighted(size_of(index), source, &list);
     Drawing { depth_stencil: Some(less(format)), color: Some((TextureFormat::R32Float, None)), ..drawing }
 }
 
-/// Depth alone, biased: constant, slope and clamp in turn.
+/// Depth only, with a bias: constant, slope and clamp in turn.
 pub(super) fn depth_bias(format: TextureFormat, source: &mut RandomNumbers, index: u32) -> Drawing {
     let size = size_of(index);
-    // Slopes of slivers have no bound, and every bias of theirs is clamped.
+    // The slope of a sliver is unbounded, and its bias is always clamped.
     let count = if size.0 > 512 { ON_A_SCREEN } else { 1000 };
     let list = triangles([Shape::Uniform, Shape::Small(32.0)][index as usize / 5 % 2], source, index, count);
     let drawing = weighted(size, source, &list);
@@ -154,7 +154,7 @@ fn counting(format: TextureFormat, front: StencilOperation, back: StencilOperati
     }
 }
 
-/// Layers are counted past 255: front faces one way, back faces the other, or both the same way.
+/// Layers counted past 255 in the stencil: front faces up and back faces down, or both the same way.
 pub(super) fn stencil_counts(source: &mut RandomNumbers, index: u32) -> Drawing {
     use StencilOperation::{DecrementClamp, DecrementWrap, IncrementClamp, IncrementWrap, Keep};
     let size = size_of(index);
@@ -174,7 +174,7 @@ pub(super) fn stencil_counts(source: &mut RandomNumbers, index: u32) -> Drawing 
     Drawing { depth_stencil: Some(counting(format, front, back)), color: None, ..weighted(size, source, &list) }
 }
 
-/// Tetrahedra, each closed: front faces in and back faces out leave nothing behind.
+/// Closed tetrahedra: front faces count up and back faces count down, so the stencil ends unchanged.
 pub(super) fn closed_meshes(source: &mut RandomNumbers, index: u32) -> Drawing {
     let size = size_of(index);
     let count = if size.0 > 512 { ON_A_SCREEN } else { MOST_ADDED } / 4;
@@ -196,7 +196,7 @@ pub(super) fn closed_meshes(source: &mut RandomNumbers, index: u32) -> Drawing {
     Drawing { depth_stencil: Some(state), color: None, ..weighted(size, source, &list) }
 }
 
-/// Every comparison, operation and mask at random, with a depth test beside it.
+/// Random comparisons, operations and masks, together with a depth test.
 pub(super) fn stencil_states(source: &mut RandomNumbers, index: u32) -> Drawing {
     let list = depth_triangles(source, index);
     let face = |s: &mut RandomNumbers| StencilFaceState {
@@ -241,12 +241,12 @@ const FACTORS: [BlendFactor; 13] = [
 const BLENDS: [BlendOperation; 5] =
     [BlendOperation::Add, BlendOperation::Subtract, BlendOperation::ReverseSubtract, BlendOperation::Min, BlendOperation::Max];
 
-/// Whether source and destination are multiplied by the same factor.
+/// Whether source and destination have the same blend factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Factors {
-    /// Never.
+    /// They have different factors.
     Two,
-    /// Always.
+    /// They have the same factor.
     One,
 }
 
@@ -263,28 +263,28 @@ fn any_blend(factors: Factors, source: &mut RandomNumbers) -> BlendComponent {
     BlendComponent { src_factor: FACTORS[src], dst_factor: FACTORS[dst], operation }
 }
 
-/// What colours are made of.
+/// Values of colour components.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Colors {
-    /// Quarters from 0 to 1: products of a few are exact.
+    /// Quarters from 0 to 1: products of a few of them are exact.
     Quarters,
-    /// Any number in -1..2.
+    /// Any number in −1..2.
     Any,
     /// Multiples of 1/255.
     Bytes,
 }
 
-/// Pixels along a cell's edge, and triangles in it.
+/// Width of a cell in pixels, and number of triangles in it.
 const CELL: u32 = 20;
 const LAYERS: u32 = 3;
 
-/// All factors and operations at random; few layers over each pixel.
+/// Random factors and operations; few layers over each pixel.
 pub(super) fn blending(format: TextureFormat, colors: Colors, factors: Factors, source: &mut RandomNumbers, index: u32) -> Drawing {
     let blend = BlendState { color: any_blend(factors, source), alpha: any_blend(factors, source) };
     blended(format, colors, Some(blend), source, index)
 }
 
-/// No blending, or plain addition: how a format rounds.
+/// Rounding of a format: no blending, or plain addition.
 pub(super) fn rounding(format: TextureFormat, colors: Colors, add: bool, source: &mut RandomNumbers, index: u32) -> Drawing {
     blended(format, colors, add.then_some(ADDITIVE), source, index)
 }
@@ -306,7 +306,7 @@ fn blending_size(index: u32) -> (u32, u32) {
     [(64, 64), (100, 60)][index as usize % 2]
 }
 
-/// Three triangles to a cell, each of one colour: squares of squares stay far from overflow and from denormal numbers.
+/// Three triangles per cell, each of one colour: squares of squares stay far from overflow and from subnormal numbers.
 fn in_cells(size: (u32, u32), source: &mut RandomNumbers, color: impl Fn(&mut RandomNumbers) -> [f32; 4]) -> Vec<Vertex> {
     let mut vertices = Vec::new();
     let cells = (size.0 / CELL, size.1 / CELL);
@@ -319,12 +319,12 @@ fn in_cells(size: (u32, u32), source: &mut RandomNumbers, color: impl Fn(&mut Ra
     vertices
 }
 
-/// Which integers are written.
+/// Range of the integers that are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Integers {
-    /// Those that the target can hold.
+    /// Integers that the target can hold.
     InRange,
-    /// Any of 32 bits, to targets of fewer.
+    /// Any 32-bit integers, written to targets of fewer bits.
     OutOfRange,
 }
 
@@ -341,7 +341,7 @@ pub(super) fn integers(which: Integers, source: &mut RandomNumbers, index: u32) 
             ChannelKind::Sint(_) => (-1i64 << (bits - 1), (1i64 << (bits - 1)) - 1),
             _ => (0, (1i64 << bits) - 1),
         };
-        // Near both ends of the range, or anywhere.
+        // Near either end of the range, or anywhere.
         let any = i64::from(s.whole(1 << 16)) << 16 | i64::from(s.whole(1 << 16));
         let number = match s.whole(3) {
             0 => low + any % 4,
@@ -355,7 +355,7 @@ pub(super) fn integers(which: Integers, source: &mut RandomNumbers, index: u32) 
     Drawing { color: Some((format, None)), clear, ..Drawing::adding(size, vertices) }
 }
 
-/// Well-shaped triangles with attributes in 1..2, one to a cell of 32 or 128 pixels.
+/// Well-shaped triangles with attributes in 1..2, one per cell of 32 or 128 pixels.
 pub(super) fn interpolated(interpolation: Interpolation, varied: bool, source: &mut RandomNumbers, index: u32) -> Drawing {
     let cell = if index.is_multiple_of(2) { 128.0 } else { 32.0 };
     let size = (512, 512);
@@ -376,12 +376,12 @@ pub(super) fn interpolated(interpolation: Interpolation, varied: bool, source: &
     Drawing { interpolation, color: Some((TextureFormat::Rgba32Float, None)), ..Drawing::adding(size, vertices) }
 }
 
-/// Where points and ends of lines lie.
+/// Positions of points and of the ends of lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Grid {
-    /// Anywhere inside.
+    /// Anywhere inside the target.
     Free,
-    /// Anywhere up to a tenth outside.
+    /// Anywhere up to a tenth of the target's size outside.
     Around,
     /// Multiples of 1/16 pixel.
     Sixteenths,
@@ -402,7 +402,7 @@ fn place(grid: Grid, source: &mut RandomNumbers, size: (u32, u32)) -> [f32; 2] {
     })
 }
 
-/// Points, each with its weight; larger than a pixel they are squares.
+/// Points, each with its weight. Points larger than a pixel are squares.
 pub(super) fn points(grid: Grid, edge: f32, source: &mut RandomNumbers, index: u32) -> Drawing {
     let size = size_of(index);
     let mut vertices = Vec::new();
@@ -418,7 +418,7 @@ pub(super) fn lines(grid: Grid, aligned: bool, width: f32, source: &mut RandomNu
     let size = size_of(index);
     let mut vertices = Vec::new();
     for _ in 0..500 {
-        // Unless they are to be clipped, lines keep their rectangles inside the target.
+        // Unless lines are meant to be clipped, their rectangles stay inside the target.
         let margin = if grid == Grid::Around { 0.0 } else { (width * 0.5).ceil() + 1.0 };
         let within = (size.0 - 2 * margin as u32, size.1 - 2 * margin as u32);
         let inside = |s: &mut RandomNumbers| place(grid, s, within).map(|v| v + margin);
@@ -432,7 +432,7 @@ pub(super) fn lines(grid: Grid, aligned: bool, width: f32, source: &mut RandomNu
     Drawing { topology: PrimitiveTopology::LineList, line_width: width, ..Drawing::adding(size, vertices) }
 }
 
-/// Fragments that pass a depth test are counted.
+/// Counts fragments that pass a depth test.
 pub(super) fn counted(source: &mut RandomNumbers, index: u32) -> Drawing {
     Drawing { query: true, ..depth(TextureFormat::Depth32Float, source, index) }
 }

@@ -1,7 +1,7 @@
-//! Which rule makes a pixel differ: from the reference's rules to a preset's, one change at a time.
+//! Finds the rule that makes a pixel differ: the rules change from the reference's to a preset's, one group at a time.
 //!
-//! A pixel in which a driver differs from the software GPU under `REFERENCE` is put down to the last change that changed it, and is explained
-//! if after all changes it is the driver's.
+//! A pixel in which a driver differs from the software GPU under `REFERENCE` is attributed to the last change of rules that changed the pixel. It is
+//! explained if after all changes it has the driver's value.
 
 use serde::Serialize;
 
@@ -14,16 +14,16 @@ use nephroid_pipeline::state::RasterRules;
 /// Rules after some of the changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// What was changed last.
+    /// Name of the last change.
     pub rule: &'static str,
-    /// The rules so far.
+    /// The rules after it.
     pub rules: RasterRules,
 }
 
-/// A group of fields: its name, and how it is taken over.
+/// A group of fields: its name, and a function that copies it.
 type Change = (&'static str, fn(&mut RasterRules, &RasterRules));
 
-/// In the order in which the pipeline applies them.
+/// Groups of fields, in the order in which the pipeline uses them.
 const CHANGES: [Change; 8] = [
     ("sub-pixel bits and viewport arithmetic", |rules, to| {
         rules.subpixel_bits = to.subpixel_bits;
@@ -38,7 +38,7 @@ const CHANGES: [Change; 8] = [
     ("f16 rounding", |rules, to| rules.f16_rounding = to.f16_rounding),
 ];
 
-/// The changes that lead from `REFERENCE` to other rules.
+/// The steps that lead from `REFERENCE` to other rules.
 #[must_use]
 pub fn chain(to: &RasterRules) -> Vec<Step> {
     let mut rules = RasterRules::REFERENCE;
@@ -54,28 +54,28 @@ pub fn chain(to: &RasterRules) -> Vec<Step> {
     steps
 }
 
-/// Pixels that a rule made differ.
+/// Number of pixels attributed to a rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct RuleCount {
-    /// The rule.
+    /// Name of the rule.
     pub rule: &'static str,
-    /// The pixels.
+    /// Number of pixels.
     pub pixels: u64,
 }
 
-/// Where `REFERENCE` and a driver differ, and why.
+/// Differences between `REFERENCE` and a driver, and their rules.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Explanation {
-    /// Pixels that differ.
+    /// Number of pixels that differ.
     pub differing: u64,
-    /// Those that are explained, by rule.
+    /// Explained pixels, by rule.
     pub by_rule: Vec<RuleCount>,
-    /// Those that are not.
+    /// Number of pixels that no rule explains.
     pub unexplained: u64,
 }
 
 impl Explanation {
-    /// Adds the pixels of one drawing. `preset` is the software GPU's image under the driver's rules.
+    /// Adds the differing pixels of one drawing. `preset` is the software GPU's image under the driver's rules.
     ///
     /// # Errors
     /// If the drawing is not valid.
@@ -103,7 +103,7 @@ impl Explanation {
                 self.unexplained += 1;
                 continue;
             }
-            // After the last change that changed the pixel it is the preset's; before it, it was not.
+            // From the last change of the pixel on, it has the preset's value; before that change it does not.
             let changed = (0..steps.len()).rev().find(|&k| {
                 let after = images.get(k + 1).unwrap_or(preset);
                 images[k].differs_at(after, place, 0.0)

@@ -1,4 +1,4 @@
-//! What a drawing left behind: its attachments and its fragment count, drawn by the software GPU or by a driver.
+//! Images of a drawing: its attachments and its fragment count, from the software GPU or from a driver.
 
 use super::drawing::Drawing;
 use crate::crosscheck::relative;
@@ -10,16 +10,16 @@ use nephroid_pipeline::{Device, Surface, Texture};
 /// Attachments after a drawing.
 #[derive(Clone, Debug)]
 pub struct Image {
-    /// Colour first, then depth and stencil; by name.
+    /// Attachments: colour first, then depth and stencil.
     pub attachments: Vec<Texture>,
-    /// Fragments that passed, if they were counted.
+    /// Number of fragments that passed, if they were counted.
     pub count: Option<u64>,
 }
 
 /// A pixel of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
-    /// Which attachment; one past the last is the count.
+    /// Number of the attachment; one past the last is the fragment count.
     pub attachment: usize,
     /// Column.
     pub x: u32,
@@ -27,7 +27,7 @@ pub struct Place {
     pub y: u32,
 }
 
-/// Draws on the software GPU.
+/// Draws a drawing on the software GPU.
 ///
 /// # Errors
 /// If the drawing is not valid.
@@ -38,10 +38,10 @@ pub fn on_software(device: &Device, drawing: &Drawing, rules: RasterRules) -> Re
     Ok(Image::new(&frame, contents.textures, output.queries))
 }
 
-/// Draws on a driver. Sprites and wide lines, which WebGPU lacks, are expanded by these rules.
+/// Draws a drawing on a driver. WebGPU has no sprites and wide lines; they are expanded by `rules`.
 ///
 /// # Errors
-/// If the driver cannot draw it.
+/// If the driver cannot draw the frame.
 pub fn on_driver(gpu: &Gpu, device: &Device, drawing: &Drawing, rules: RasterRules) -> Result<Image, GpuError> {
     let frame = drawing.frame(rules);
     let mut contents = Contents::initial(&frame).map_err(FrameError::from)?;
@@ -63,19 +63,19 @@ impl Image {
         Self { attachments, count: queries.first().copied() }
     }
 
-    /// An attachment's only surface.
+    /// The only surface of an attachment.
     #[must_use]
     pub fn surface(&self, attachment: usize) -> &Surface {
         self.attachments[attachment].surface(0, 0)
     }
 
-    /// The surface of an attachment by name.
+    /// The surface of the attachment with this label.
     #[must_use]
     pub fn named(&self, name: &str) -> Option<&Surface> {
         self.attachments.iter().find(|a| a.desc().label == name).map(|a| a.surface(0, 0))
     }
 
-    /// The numbers at a place; the stencil comes after the channels.
+    /// The numbers at a place: all channels, then the stencil.
     #[must_use]
     pub fn values(&self, place: Place) -> Vec<f64> {
         let Some(texture) = self.attachments.get(place.attachment) else {
@@ -89,7 +89,7 @@ impl Image {
         values
     }
 
-    /// Whether two images differ at a place by more than a relative error; any difference counts if that is 0.
+    /// Whether two images differ at a place by more than a relative error. For an error of 0, any difference of bits counts.
     #[must_use]
     pub fn differs_at(&self, other: &Self, place: Place, tolerance: f64) -> bool {
         let Some(texture) = self.attachments.get(place.attachment) else { return self.count != other.count };
@@ -114,7 +114,7 @@ impl Image {
         let mut places = Vec::new();
         for (attachment, texture) in self.attachments.iter().enumerate() {
             let surface = texture.surface(0, 0);
-            // Most are equal to the last bit. Bit patterns of integers do not compare as floats: 2^31 would equal 0.
+            // Most surfaces are identical. Integer bit patterns must not be compared as floats, because 2^31 would equal 0.
             if !texture.info().kind.is_integer() && surface == other.surface(attachment) {
                 continue;
             }

@@ -1,9 +1,9 @@
-//! Driver conformance: random and adversarial primitives, drawn by a driver and by the software GPU under the rules that the driver is said to
-//! follow, and compared pixel by pixel.
+//! Driver conformance: random and adversarial primitives are drawn by a driver and by the software GPU under the driver's presumed rules, and
+//! compared pixel by pixel.
 //!
-//! [`CASES`] is the table of what is drawn ([`Drawing`]s, made by `drawings` from the generators of [`primitives`]). [`run()`] draws them, finds the
-//! least drawing that shows each difference (`shrink`), and puts every pixel in which the software GPU's own rules differ from the driver
-//! down to the rule that makes the difference ([`explain`]). [`probes()`] asks a driver directly about single rules. The result is a [`Report`].
+//! [`CASES`] is the table of cases; each makes [`Drawing`]s (in `drawings`) from the generators of [`primitives`]. [`run()`] draws them, reduces each
+//! difference to a minimal drawing (`shrink`), and attributes every pixel in which the software GPU's own rules differ from the driver to a rule
+//! ([`explain`]). [`probes()`] tests single rules of a driver. The result is a [`Report`].
 
 mod cases;
 pub mod drawing;

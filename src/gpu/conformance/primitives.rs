@@ -1,11 +1,11 @@
-//! Generators of primitives: random ones, and those that rasterizers get wrong.
+//! Generators of primitives: random ones, and those that are difficult for rasterizers.
 //!
-//! Positions are made in pixels and put into clip space last. All of it is a function of (seed, case, drawing).
+//! Positions are made in pixels and converted to clip space last. All numbers are functions of (seed, case, drawing).
 
 use super::program::Vertex;
 use nephroid_math::rng::{rng, unit_from_bits};
 
-/// Random numbers of one drawing.
+/// Random numbers for one drawing.
 #[derive(Clone, Debug)]
 pub struct RandomNumbers {
     seed: u32,
@@ -14,7 +14,7 @@ pub struct RandomNumbers {
 }
 
 impl RandomNumbers {
-    /// The numbers of a drawing of a case.
+    /// The random numbers of a drawing of a case.
     #[must_use]
     pub fn new(seed: u32, drawing: u32) -> Self {
         Self { seed, stream: drawing, index: 0 }
@@ -31,24 +31,24 @@ impl RandomNumbers {
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
         low + self.unit() * (high - low)
     }
-    /// One of `0..count`; `count` is at least 1.
+    /// A whole number in `0..count`; `count` is at least 1.
     pub fn whole(&mut self, count: u32) -> u32 {
         (self.word() >> 8) % count
     }
-    /// One of a list that is not empty.
+    /// An element of a list that is not empty.
     pub fn choice<T: Copy>(&mut self, list: &[T]) -> T {
         list[self.whole(list.len() as u32) as usize]
     }
 }
 
-/// What triangles look like that are inside the frustum; places in pixels.
+/// Shape of triangles inside the frustum; positions in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// Corners anywhere.
     Uniform,
     /// Corners in a square of this edge.
     Small(f32),
-    /// Two corners anywhere, the third within half a pixel of the line between them.
+    /// Two corners anywhere, the third within half a pixel of the line through them.
     Sliver,
     /// Corners on multiples of half a pixel, so that edges pass through centres.
     HalfPixelGrid,
@@ -64,7 +64,7 @@ pub enum Shape {
     Fan,
 }
 
-/// Corners of triangles of a shape, in pixels: one triangle, or eight for a fan.
+/// Corners of triangles of a shape, in pixels: one triangle, or the eight of a fan.
 pub fn corners(shape: Shape, source: &mut RandomNumbers, size: (u32, u32)) -> Vec<[[f32; 2]; 3]> {
     let (width, height) = (size.0 as f32, size.1 as f32);
     let anywhere = |s: &mut RandomNumbers| [s.unit() * width, s.unit() * height];
@@ -85,7 +85,7 @@ pub fn corners(shape: Shape, source: &mut RandomNumbers, size: (u32, u32)) -> Ve
             let along = source.unit();
             let off = source.between(-0.5, 0.5);
             let c = [0, 1].map(|k| a[k] + along * (b[k] - a[k]));
-            // Beside the longer side; still inside the target.
+            // Beside the longer side, and inside the target.
             let c = if (b[0] - a[0]).abs() > (b[1] - a[1]).abs() {
                 [c[0], (c[1] + off).clamp(0.0, height)]
             } else {
@@ -111,12 +111,12 @@ pub fn corners(shape: Shape, source: &mut RandomNumbers, size: (u32, u32)) -> Ve
     }
 }
 
-/// How triangles lie to the planes of the frustum.
+/// Position of triangles relative to the planes of the frustum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Crossing {
-    /// Corners within this many half-widths of the centre, at w = 1.
+    /// Corners within this many half-widths of the frustum's centre, at w = 1.
     Sides(f32),
-    /// Depth from before the near to behind the far plane.
+    /// Depth from before the near plane to behind the far plane.
     NearAndFar,
     /// A perspective camera with corners before and behind the eye.
     BehindTheEye,
@@ -141,24 +141,24 @@ pub fn crossing(kind: Crossing, source: &mut RandomNumbers) -> [[f32; 4]; 3] {
     })
 }
 
-/// A place in pixels, with depth, in clip space.
+/// The clip-space position of a point in pixels with depth.
 #[must_use]
 pub fn to_clip(size: (u32, u32), [x, y]: [f32; 2], depth: f32, w: f32) -> [f32; 4] {
     let ndc = [x * 2.0 / size.0 as f32 - 1.0, 1.0 - y * 2.0 / size.1 as f32];
     [ndc[0] * w, ndc[1] * w, depth * w, w]
 }
 
-/// A w of any magnitude from e⁻³ to e⁵.
+/// A random w from e⁻³ to e⁵.
 pub fn any_w(source: &mut RandomNumbers) -> f32 {
     libm::expf(source.between(-3.0, 5.0))
 }
 
 /// Greatest weight of a primitive: sums of [`MOST_ADDED`] such weights are exact in f32.
 pub const GREATEST_WEIGHT: u32 = 8192;
-/// Most primitives that one drawing adds up.
+/// Largest number of primitives in a drawing that adds weights.
 pub const MOST_ADDED: u32 = 2000;
 
-/// Appends a primitive with a random weight, from 1 to [`GREATEST_WEIGHT`], for its colour.
+/// Appends a primitive whose colour is a random weight from 1 to [`GREATEST_WEIGHT`].
 pub fn push_weighted(vertices: &mut Vec<Vertex>, source: &mut RandomNumbers, positions: &[[f32; 4]]) {
     let weight = (source.whole(GREATEST_WEIGHT) + 1) as f32;
     push_flat(vertices, positions, [weight, 0.0, 0.0, 0.0]);

@@ -1,4 +1,4 @@
-//! The calibration probes: tiny drawings that each ask a rasterizer one question.
+//! Calibration probes: minimal drawings that each test one property of a rasterizer.
 
 use serde::Serialize;
 
@@ -14,20 +14,20 @@ use nephroid_pipeline::state::{
     Viewport,
 };
 
-/// A question and two answers.
+/// A probe and its results.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Probe {
-    /// Number, from 1.
+    /// Number of the probe, from 1.
     pub number: u32,
-    /// What is asked.
+    /// The property that it tests.
     pub name: &'static str,
-    /// What the driver does.
+    /// Result of the driver.
     pub driver: String,
-    /// What the software GPU does under `REFERENCE`.
+    /// Result of the software GPU under `REFERENCE`.
     pub reference: String,
 }
 
-/// Who is asked.
+/// The rasterizer that is probed.
 struct Asked<'a> {
     /// The driver; `None` for the software GPU.
     gpu: Option<&'a Gpu>,
@@ -52,10 +52,10 @@ const QUESTIONS: [Question; 12] = [
     ("planes of attributes", interpolation),
 ];
 
-/// Asks a driver all questions, and the software GPU beside it.
+/// Runs all probes on a driver and on the software GPU.
 ///
 /// # Errors
-/// If the driver cannot draw them.
+/// If the driver cannot draw a probe.
 pub fn probes(gpu: &Gpu, device: &Device, rules: &RasterRules) -> Result<Vec<Probe>, GpuError> {
     let driver = Asked { gpu: Some(gpu), device, rules: *rules };
     let reference = Asked { gpu: None, device, rules: RasterRules::REFERENCE };
@@ -87,7 +87,7 @@ fn rectangle(size: (u32, u32), [x0, y0, x1, y1]: [f32; 4], depth: f32, color: [f
 const WHITE: [f32; 4] = [1.0; 4];
 const EVERYWHERE: [f32; 4] = [0.0, 0.0, 8.0, 8.0];
 
-/// First and last column and row of what was drawn.
+/// First and last column and row of the drawn pixels.
 fn extent(image: &Image) -> Option<[u32; 4]> {
     let surface = image.surface(0);
     let lit = |x: &u32, y: &u32| surface.get(*x, *y, 0) != 0.0;
@@ -107,7 +107,7 @@ fn edges_through_centres(asked: &Asked<'_>) -> Result<String, GpuError> {
 }
 
 fn snapping(asked: &Asked<'_>) -> Result<String, GpuError> {
-    // In each row a left edge a little further right of a pixel centre.
+    // In each row, the left edge lies a little further to the right of a pixel centre.
     let size = (64, 512);
     let rows = (0..512).map(|k| k as f32);
     let vertices = rows.flat_map(|k| rectangle(size, [32.5 + k / 4096.0, k, 40.0, k + 1.0], 0.5, WHITE)).collect();
@@ -121,7 +121,7 @@ fn snapping(asked: &Asked<'_>) -> Result<String, GpuError> {
         return Ok(format!("a centre is left at {last}/4096 pixel"));
     }
     let bits = 11 - half_step.ilog2();
-    // An edge from one and a half steps right of a centre to one step left of it, the centre half-way.
+    // An edge from one and a half steps right of a centre to one step left of it; the centre is half-way.
     let step = 2.0 * half_step as f32 / 4096.0;
     let slanted = [[32.5 + 1.5 * step, 8.5], [32.5 - step, 24.5], [48.0, 8.5]];
     let second = [[48.0, 8.5], [32.5 - step, 24.5], [48.0, 24.5]];
@@ -162,7 +162,7 @@ fn line_ends(asked: &Asked<'_>) -> Result<String, GpuError> {
     Ok(if ways[0] == ways[1] { format!("{}, both ways", ways[0]) } else { format!("{}; backwards: {}", ways[0], ways[1]) })
 }
 
-/// What one pixel of a target of this format holds after a colour is written to it.
+/// The value of one pixel of a target of this format after a colour is written to it.
 fn written(asked: &Asked<'_>, format: TextureFormat, color: [f32; 4]) -> Result<[f32; 4], GpuError> {
     let drawing = Drawing { color: Some((format, None)), ..Drawing::adding(SMALL, rectangle(SMALL, EVERYWHERE, 0.5, color)) };
     let image = asked.draw(&drawing)?;
@@ -248,7 +248,7 @@ fn depth16(asked: &Asked<'_>) -> Result<String, GpuError> {
 }
 
 fn counted(asked: &Asked<'_>) -> Result<String, GpuError> {
-    // 25 pixels in front, then 49 behind of which 25 are hidden.
+    // 25 pixels in front, then 49 pixels behind, of which 25 are hidden.
     let mut vertices = rectangle(SMALL, [0.0, 0.0, 5.0, 5.0], 0.25, WHITE);
     vertices.extend(rectangle(SMALL, [0.0, 0.0, 7.0, 7.0], 0.5, WHITE));
     let state = depth_state(TextureFormat::Depth32Float, DepthBiasState::default());

@@ -1,4 +1,4 @@
-//! The one program that draws all conformance primitives: vertices come as they are from a storage buffer.
+//! The program of all conformance drawings: vertices come unchanged from a storage buffer.
 
 use std::sync::Arc;
 
@@ -18,14 +18,14 @@ use nephroid_pipeline::{BindingKind, Bindings, ChannelKind, format_info};
 pub struct Vertex {
     /// Clip space.
     pub position: [f32; 4],
-    /// What the fragment stage gives out.
+    /// Output of the fragment stage.
     pub color: [f32; 4],
 }
 
 /// Bindings: vertices, point size in pixels in x.
 pub const BINDINGS: [BindingKind; 2] = [BindingKind::Storage(size_of::<Vertex>()), BindingKind::Uniform(16)];
 
-/// What the fragment stage gives out.
+/// Type of the fragment stage's output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
     /// The colour.
@@ -37,7 +37,7 @@ pub enum Output {
 }
 
 impl Output {
-    /// What a target of this format takes.
+    /// The type that targets of this format take.
     #[must_use]
     pub fn of(format: TextureFormat) -> Self {
         match format_info(format).map(|info| info.kind) {
@@ -88,7 +88,7 @@ fn fs(in: Varyings) -> @location(0) ",
     };
 }
 
-/// The program; colours reach fragments by this interpolation.
+/// The program for float targets, with this interpolation of colours.
 #[must_use]
 pub fn program(interpolation: Interpolation) -> Arc<Program> {
     let (name, wgsl) = match interpolation {
@@ -104,7 +104,7 @@ pub fn program(interpolation: Interpolation) -> Arc<Program> {
     })
 }
 
-/// The program for targets that take such an output. Integers are flat.
+/// The program for targets of a type. Integers are flat.
 #[must_use]
 pub fn program_for(interpolation: Interpolation, output: Output) -> Arc<Program> {
     let (name, wgsl) = match output {
@@ -133,7 +133,7 @@ impl VertexShader for Pull {
     }
 }
 
-/// One colour per primitive.
+/// Fragment shader with one colour per primitive.
 struct FlatColor;
 
 impl FragmentShader for FlatColor {
@@ -145,7 +145,7 @@ impl FragmentShader for FlatColor {
     }
 }
 
-/// The interpolated colour.
+/// Fragment shader with the interpolated colour.
 struct MixedColor;
 
 impl FragmentShader for MixedColor {

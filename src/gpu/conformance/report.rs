@@ -1,4 +1,4 @@
-//! What a conformance run found, as data and as Markdown.
+//! Results of a conformance run, as data and as Markdown.
 
 use std::fmt::{self, Write};
 
@@ -10,7 +10,7 @@ use super::probes::Probe;
 use super::shrink::Reproducer;
 use crate::AdapterLine;
 
-/// How a case ended.
+/// Result of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
@@ -18,40 +18,40 @@ pub enum Verdict {
     Identical,
     /// Pixels differ within the named bound.
     Within,
-    /// No more pixels differ than a known reason accounts for.
+    /// Pixels differ, no more than the known reason of the case allows.
     Differs,
-    /// Pixels differ and should not.
+    /// Pixels differ beyond the expectation.
     Unexpected,
 }
 
-/// One case on one driver.
+/// Results of one case on one driver.
 #[derive(Clone, Debug, Serialize)]
 pub struct CaseReport {
-    /// Topic and variant.
+    /// Name of the case: topic and variant.
     pub name: &'static str,
-    /// What was drawn.
+    /// Description of the case.
     pub what: &'static str,
-    /// What the primitives are.
+    /// Kind of the primitives.
     pub kind: Kind,
-    /// How many were drawn.
+    /// Number of primitives drawn.
     pub primitives: u64,
-    /// Pixels compared, over all attachments.
+    /// Number of pixels compared, over all attachments.
     pub pixels: u64,
-    /// Pixels with any bit that differs under the driver's preset.
+    /// Number of pixels with any differing bit under the driver's preset.
     pub differing: u64,
-    /// Those beyond the case's bound.
+    /// Number of pixels beyond the case's bound.
     pub outliers: u64,
-    /// Greatest distance in units in the last place; in steps, for normalized formats.
+    /// Greatest difference in units in the last place; for normalized formats, in steps.
     pub max_ulp: u64,
     /// Greatest relative error.
     pub max_relative: f64,
-    /// What was expected.
+    /// The expected result.
     pub expectation: Expectation,
-    /// How it ended.
+    /// The result.
     pub verdict: Verdict,
-    /// The least drawing that differs, if one does.
+    /// A minimal drawing that differs, if a pixel differs.
     pub reproducer: Option<Reproducer>,
-    /// Differences under `REFERENCE`, by the rule that makes them.
+    /// Differences from `REFERENCE`, by the rule that causes them.
     pub reference: Explanation,
 }
 
@@ -74,7 +74,7 @@ impl CaseReport {
         }
     }
 
-    /// Whether the driver did what was expected, and every pixel that differs under `REFERENCE` has its rule where the preset is exact.
+    /// Whether the result is as expected and, if the preset must be exact, every pixel that differs from `REFERENCE` is explained by a rule.
     #[must_use]
     pub fn passes(&self) -> bool {
         match self.verdict {
@@ -97,23 +97,23 @@ impl CaseReport {
     }
 }
 
-/// A conformance run on one driver.
+/// Results of a conformance run on one driver.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The driver.
     pub adapter: AdapterLine,
-    /// The preset that it was compared with.
+    /// Name of the preset that the driver was compared with.
     pub rules: &'static str,
-    /// How much of each case was drawn.
+    /// Share of each case's drawings that was drawn.
     pub share: f64,
-    /// The cases.
+    /// Results by case.
     pub cases: Vec<CaseReport>,
-    /// The calibration probes.
+    /// Results of the calibration probes.
     pub probes: Vec<Probe>,
 }
 
 impl Report {
-    /// Triangles drawn.
+    /// Number of triangles drawn.
     #[must_use]
     pub fn triangles(&self) -> u64 {
         self.cases.iter().filter(|case| case.kind == Kind::Triangles).map(|case| case.primitives).sum()
@@ -125,7 +125,7 @@ impl Report {
         self.cases.iter().all(CaseReport::passes)
     }
 
-    /// Pixels that differ in the cases of triangles that must be identical.
+    /// Number of differing pixels in the cases of triangles that must be identical.
     #[must_use]
     pub fn differing_where_exact(&self) -> u64 {
         let exact = self.cases.iter().filter(|case| case.expectation == Expectation::Exact && case.kind == Kind::Triangles);

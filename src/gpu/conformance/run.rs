@@ -1,4 +1,4 @@
-//! Draws the cases on a driver and on the software GPU, and compares.
+//! Draws the cases on a driver and on the software GPU, and compares the images.
 
 use super::cases::{CASES, Case, Expectation, FEW};
 use super::explain::{Explanation, Step, chain};
@@ -11,12 +11,12 @@ use crate::{Gpu, GpuError};
 use nephroid_pipeline::state::RasterRules;
 use nephroid_pipeline::{ChannelKind, Device, Surface};
 
-/// Seed of all conformance primitives.
+/// Seed of all conformance drawings.
 pub const SEED: u32 = 1;
-/// Drawings that a search for a least reproducer may take.
+/// Most drawings that the search for a minimal reproducer may make.
 const SHRINK_BUDGET: usize = 200;
 
-/// Runs all cases and probes. `share` of the drawings, above 0 up to 1, is drawn of each case.
+/// Runs all cases and probes. `share`, above 0 and at most 1, is the share of each case's drawings that is drawn.
 ///
 /// # Errors
 /// If the driver cannot draw a case.
@@ -78,7 +78,7 @@ impl Drawn<'_> {
     }
 }
 
-/// Counts pixels that differ, and by how much.
+/// Counts pixels that differ, and measures by how much.
 fn add_difference(report: &mut CaseReport, expected: &Image, actual: &Image, tolerance: f64) {
     for (number, texture) in expected.attachments.iter().enumerate() {
         let (e, a) = (expected.surface(number), actual.surface(number));
@@ -88,7 +88,7 @@ fn add_difference(report: &mut CaseReport, expected: &Image, actual: &Image, tol
         }
         let difference = compare(texture.info(), e, a, 0.0);
         report.differing += difference.differing;
-        // A step of 1/255 is the unit of 8-bit colours.
+        // The unit of 8-bit colours is a step of 1/255.
         let max_ulp = if texture.info().kind == ChannelKind::Unorm8 { greatest_step(e, a) } else { difference.max_ulp };
         report.max_ulp = report.max_ulp.max(max_ulp);
         report.max_relative = report.max_relative.max(difference.worst.map_or(0.0, |pixel| pixel.error));
@@ -109,8 +109,8 @@ fn greatest_step(a: &Surface, b: &Surface) -> u64 {
     steps.max().unwrap_or(0)
 }
 
-/// The rules that an adapter follows, of those that its family may: the first under which a few drawings of coverage and depth are
-/// identical, else the one with the fewest differing pixels.
+/// The rules that an adapter follows, among those of its rasterizer: the first under which a few drawings of coverage and depth are identical,
+/// otherwise those with the fewest differing pixels.
 ///
 /// # Errors
 /// If the driver cannot draw them.
@@ -121,7 +121,7 @@ pub fn choose_rules(gpu: &Gpu, device: &Device) -> Result<(&'static str, RasterR
     for candidate in candidates {
         let mut differing = 0;
         for case in CASES.iter().filter(|case| asked.contains(&case.name)) {
-            // The second drawing has the size at which a fused viewport shows.
+            // At the size of the second drawing, a fused viewport makes a difference.
             for index in 0..2 {
                 let drawing = case.drawing(SEED, index);
                 let expected = on_software(device, &drawing, candidate.1)?;

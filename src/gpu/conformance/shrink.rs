@@ -1,4 +1,4 @@
-//! The least drawing that still shows a difference.
+//! Reduces a drawing that differs to a minimal one.
 
 use std::fmt;
 
@@ -7,10 +7,11 @@ use serde::Serialize;
 use super::drawing::Drawing;
 use super::image::{Image, Place};
 
-/// Fewest primitives that still differ, by halving (Zeller and Hildebrandt 2002): `differs` is asked about subsets, at most `budget` times.
+/// Finds a minimal list of primitives that still differs, by repeated halving (Zeller and Hildebrandt 2002). `differs` is called with subsets, at
+/// most `budget` times.
 ///
 /// # Errors
-/// What `differs` says.
+/// The first error of `differs`.
 pub fn shrink<E>(count: usize, mut budget: usize, mut differs: impl FnMut(&[usize]) -> Result<bool, E>) -> Result<Vec<usize>, E> {
     let mut left: Vec<usize> = (0..count).collect();
     let mut parts = 2;
@@ -42,24 +43,24 @@ pub fn shrink<E>(count: usize, mut budget: usize, mut differs: impl FnMut(&[usiz
     Ok(left)
 }
 
-/// A difference that can be drawn again by hand.
+/// A difference that can be reproduced by hand.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reproducer {
     /// Target width and height.
     pub size: (u32, u32),
-    /// Which drawing of the case.
+    /// Number of the drawing in its case.
     pub drawing: u32,
-    /// What the drawing's state is.
+    /// State of the drawing, in words.
     pub state: String,
-    /// Clip positions and colours, as they are and as bits.
+    /// Clip position and colour of each vertex.
     pub vertices: Vec<([f32; 4], [f32; 4])>,
-    /// The attachment.
+    /// Name of the attachment.
     pub attachment: String,
-    /// Column and row.
+    /// Column and row of the pixel.
     pub pixel: (u32, u32),
-    /// What the software GPU has there.
+    /// Values of the software GPU at the pixel.
     pub expected: Vec<f64>,
-    /// What the driver has there.
+    /// Values of the driver at the pixel.
     pub actual: Vec<f64>,
 }
 
@@ -81,7 +82,7 @@ impl Reproducer {
     }
 }
 
-/// What matters of a drawing's state, in words.
+/// The relevant state of a drawing, in words.
 fn state(drawing: &Drawing) -> String {
     let mut parts = vec![format!("{:?}", drawing.topology)];
     if let Some((format, blend)) = &drawing.color {

@@ -1,4 +1,4 @@
-//! How far a driver may be from the software GPU: the bounds of the frame's passes, which the caller states, and what drivers bring with them.
+//! Bounds on the difference between a driver and the software GPU: those of the frame's passes, which the caller states, and those of drivers.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ pub use nephroid_image::metrics::bounds::{Bound, EXACT, PassBounds};
 use nephroid_image::metrics::bounds::{CHAINED, INTERPOLATED, SHADED, VERTEX};
 use nephroid_pipeline::FormatInfo;
 
-/// A [`Bound`] as reports have it.
+/// A [`Bound`] as reports contain it.
 #[derive(Serialize)]
 #[serde(remote = "Bound")]
 pub(super) struct ReportedBound {
@@ -18,16 +18,16 @@ pub(super) struct ReportedBound {
     unexplained_ppm: f64,
 }
 
-/// Depth where the driver computes vertices itself: clip positions differ in their last places, and so do a few pixels along edges.
+/// Depth if the driver computes vertices itself: clip positions differ in their last places, and so do a few pixels along edges.
 const OWN_VERTICES: Bound = Bound::new("own-vertices", 1.0e-4, 100.0, 20.0);
 
-/// Depth and coverage of hardware, whose arithmetic is not known: a few units in the last place, and single pixels along edges.
+/// Depth and coverage of hardware with unknown arithmetic: a few units in the last place, and single pixels along edges.
 const HARDWARE: Bound = Bound::new("hardware", 1.0e-4, 500.0, 50.0);
 
-/// [`INTERPOLATED`] on llvmpipe, which anchors its planes at the target's origin: small triangles far from it are off by up to 1e-3.
+/// [`INTERPOLATED`] for llvmpipe, which anchors its planes at the target's origin: small triangles far from the origin differ by up to 1e-3.
 const INTERPOLATED_FROM_ORIGIN: Bound = Bound::new("interpolated-from-origin", 1.0e-4, 4000.0, 600.0);
 
-/// The bound of one attachment of one pass. What no row of `passes` names is shaded.
+/// The bound of one attachment of one pass. Attachments without a row in `passes` have the bound of shaded colours.
 #[must_use]
 pub fn bound_of(passes: &[PassBounds], family: Family, mode: Mode, pass: &str, texture: &str, info: FormatInfo) -> Bound {
     if info.depth || info.stencil || info.kind.is_integer() {
@@ -53,7 +53,7 @@ pub fn vertex_bound_of(passes: &[PassBounds], pass: &str) -> Bound {
     row_of(passes, pass).map_or(VERTEX, |row| row.vertices)
 }
 
-/// The row of a pass.
+/// The row of `passes` for a pass.
 fn row_of<'b>(passes: &'b [PassBounds], pass: &str) -> Option<&'b PassBounds> {
     passes.iter().find(|row| pass.starts_with(row.pass))
 }

@@ -1,21 +1,21 @@
-//! Two versions of one attachment, pixel by pixel.
+//! Compares two versions of one attachment, pixel by pixel.
 
 use serde::Serialize;
 
 use nephroid_pipeline::{ChannelKind, FormatInfo, Surface};
 
-/// How far two attachments are apart.
+/// The difference between two versions of an attachment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Pixels compared.
     pub pixels: u64,
-    /// Pixels with any bit that differs; not-a-number equals not-a-number, and −0 equals 0.
+    /// Pixels with any differing bit; NaN equals NaN, and −0 equals 0.
     pub differing: u64,
     /// Pixels beyond the tolerance.
     pub outliers: u64,
-    /// Outliers whose value lies, within the tolerance, between those that the other version has next to the pixel: an edge that moved.
+    /// Outliers at an edge that moved: within the tolerance, the driver's value lies in the range of the other version's 3x3 pixels around the pixel.
     pub at_edges: u64,
-    /// Greatest distance in units in the last place, outliers included. Integers: their difference.
+    /// Greatest difference in units in the last place, outliers included; for integers, in integers.
     pub max_ulp: u64,
     /// Greatest relative error of the pixels within the tolerance.
     pub max_relative: f64,
@@ -25,7 +25,7 @@ pub struct Difference {
     pub first: Option<Pixel>,
 }
 
-/// A pixel with its two values.
+/// A pixel with both values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Pixel {
     /// Column.
@@ -55,7 +55,7 @@ pub fn relative(a: f32, b: f32, scale: f64) -> f64 {
     (a - b).abs() / a.abs().max(b.abs()).max(scale)
 }
 
-/// Distance in units in the last place.
+/// Difference of two numbers in units in the last place.
 #[must_use]
 pub fn ulps(a: f32, b: f32) -> u64 {
     if a == b || (a.is_nan() && b.is_nan()) {
@@ -68,8 +68,8 @@ pub fn ulps(a: f32, b: f32) -> u64 {
     ordered(a).abs_diff(ordered(b))
 }
 
-/// Compares two surfaces of one format. `tolerance` is a [`relative`] error, 0 for bit equality; its scale is each channel's mean magnitude, so
-/// that values near zero need not be better than the rest of the picture.
+/// Compares two surfaces of one format. `tolerance` is a [`relative`] error, 0 for equal bits. Its scale is each channel's mean magnitude, so that
+/// values near zero need no better absolute accuracy than the rest of the picture.
 #[must_use]
 pub fn compare(info: FormatInfo, expected: &Surface, actual: &Surface, tolerance: f64) -> Difference {
     let scales: Vec<f64> = (0..info.channels).map(|channel| mean_magnitude(expected, channel)).collect();
@@ -90,7 +90,7 @@ pub fn compare(info: FormatInfo, expected: &Surface, actual: &Surface, tolerance
                         let [a, b] = [a, b].map(|v| v.to_bits() as i32);
                         (u64::from(a.abs_diff(b)), if a == b { 0.0 } else { 1.0 })
                     }
-                    // One step of a normalized format is its unit in the last place.
+                    // For normalized formats, one step is the unit in the last place.
                     ChannelKind::UnormDepth(_) => ((f64::from(a) - f64::from(b)).abs() as u64, relative(a, b, scale)),
                     _ => (ulps(a, b), relative(a, b, scale)),
                 };
@@ -130,7 +130,7 @@ pub fn compare(info: FormatInfo, expected: &Surface, actual: &Surface, tolerance
 }
 
 impl Difference {
-    /// Outliers that no moved edge explains.
+    /// Number of outliers that are not at a moved edge.
     #[must_use]
     pub fn unexplained(&self) -> u64 {
         self.outliers - self.at_edges
@@ -152,7 +152,7 @@ fn mean_magnitude(surface: &Surface, channel: usize) -> f64 {
     if count == 0 { 0.0 } else { sum / count as f64 }
 }
 
-/// What a plane holds as a number: integers are kept as bit patterns.
+/// The number that a plane stores. Integers are stored as bit patterns.
 fn as_number(info: FormatInfo, value: f32) -> f32 {
     match info.kind {
         ChannelKind::Uint(_) => value.to_bits() as f32,
@@ -161,7 +161,7 @@ fn as_number(info: FormatInfo, value: f32) -> f32 {
     }
 }
 
-/// Whether what the driver has at a pixel lies, in every channel, in the range of what the software GPU has in the 3x3 pixels around it.
+/// Whether the driver's value at a pixel lies, in every channel, in the range of the software GPU's values in the 3x3 pixels around it.
 fn is_at_edge(info: FormatInfo, scales: &[f64], expected: &Surface, actual: &Surface, pixel: &Pixel, tolerance: f64) -> bool {
     if info.stencil && pixel.channel == info.channels {
         return false;

@@ -1,4 +1,4 @@
-//! From an attachment that differs to the draw and the primitive that made it so, by bisection.
+//! From an attachment that differs to the draw and the primitive that cause it, by bisection.
 
 use serde::Serialize;
 
@@ -9,29 +9,29 @@ use nephroid_pipeline::frame::stream_draw;
 use nephroid_pipeline::frame::{Draw, Frame};
 use nephroid_pipeline::state::PrimitiveTopology;
 
-/// Where two versions of a frame part.
+/// The draw and primitive at which two versions of a frame begin to differ.
 #[derive(Clone, Debug, Serialize)]
 pub struct Located {
     /// Label of the pass.
     pub pass: String,
     /// Label of the attachment.
     pub texture: String,
-    /// The pixel that was followed, with both values at the end of the pass.
+    /// The pixel that was followed, with both values after the pass.
     pub pixel: Pixel,
-    /// The first draw after which the pixel differs, and its pipeline; `None` if it differs before any.
+    /// The first draw after which the pixel differs, and its pipeline; `None` if the pixel differs before all draws.
     pub draw: Option<(usize, String)>,
-    /// The first primitive of that draw after which it differs; `None` for strips.
+    /// The first primitive of that draw after which the pixel differs; `None` for strips.
     pub primitive: Option<u32>,
     /// The pixel's values right after that primitive.
     pub after: Option<Pixel>,
-    /// The primitive's vertices as they leave the last stage before rasterization: clip position, then varyings.
+    /// Vertices of the primitive as they leave the last stage before rasterization: clip position, then varyings.
     pub vertices: Vec<Vec<f32>>,
-    /// The draw's fixed-function state.
+    /// Fixed-function state of the draw.
     pub state: String,
 }
 
-/// Follows the first outlier of an attachment back to where it came from: the least number of draws, then of primitives, after which its
-/// pixel is beyond the tolerance.
+/// Follows the first outlier of an attachment back to its cause: finds the least number of draws, then of primitives, after which the pixel is beyond
+/// the tolerance.
 ///
 /// # Errors
 /// If the driver fails.
@@ -87,7 +87,7 @@ pub fn locate(
     Ok(Some(located))
 }
 
-/// Elements of a primitive, if the draw is a list of them in one instance.
+/// Vertices of a primitive, if the draw is a list in one instance.
 fn list_corners(draw: &Draw, frame: &Frame) -> Option<u32> {
     let corners = match frame.pipelines[draw.pipeline.index()].primitive.topology {
         PrimitiveTopology::PointList => 1,
@@ -98,7 +98,7 @@ fn list_corners(draw: &Draw, frame: &Frame) -> Option<u32> {
     (draw.instances.len() == 1).then_some(corners)
 }
 
-/// The least number up to `most` for which `differs` holds, taking it to stay true from there on; `None` if it does not hold for `most`.
+/// The least number up to `most` for which `differs` is true, provided that it stays true for all larger ones; `None` if it is false for `most`.
 fn first(most: u32, mut differs: impl FnMut(u32) -> Result<bool, GpuError>) -> Result<Option<u32>, GpuError> {
     if most == 0 || !differs(most)? {
         return Ok(None);
@@ -125,7 +125,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// Both sides right before the failed pass.
+    /// Both sides as they are right before the failed pass.
     fn before(&self) -> Result<Pair<'a>, GpuError> {
         let mut pair = Pair::new(self.gpu, self.device, self.frames[0], self.frames[1], self.mode)?;
         for index in 0..self.failed.pass_index {
@@ -135,7 +135,7 @@ impl<'a> Search<'a> {
         Ok(pair)
     }
 
-    /// The pixel after some draws of the failed pass, the last of them cut to `vertices`; `None` if it is within the tolerance.
+    /// The pixel after the first `draws` draws of the failed pass, the last of them cut to `vertices`; `None` if it is within the tolerance.
     fn after(&self, draws: usize, vertices: Option<u32>) -> Result<Option<Pixel>, GpuError> {
         let index = self.failed.pass_index;
         let cut = self.frames.map(|frame| {
@@ -166,7 +166,7 @@ impl<'a> Search<'a> {
             return Ok(None);
         }
         let tolerance = self.failed.bound.tolerance;
-        // The scale of relative errors is the whole attachment's.
+        // Relative errors have the scale of the whole attachment.
         let difference = compare(info, expected, actual, tolerance);
         let error = difference.worst.filter(|w| (w.x, w.y) == (x, y)).map_or_else(|| relative(values[0], values[1], 0.0), |w| w.error);
         Ok((error > tolerance).then_some(Pixel { x, y, channel, expected: values[0], actual: values[1], error }))

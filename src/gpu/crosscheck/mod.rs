@@ -1,9 +1,9 @@
-//! The cross-check: one frame on the software GPU and on a driver, compared attachment by attachment after every pass.
+//! The cross-check: runs one frame on the software GPU and on a driver, and compares every attachment after every pass.
 //!
-//! *Free-running*, each side reads what itself drew in earlier passes, and the driver shades vertices: the check is of the whole frame.
-//! *Resynchronised*, the driver starts every pass from the software GPU's attachments, and gets its vertices: what differs then is the doing
-//! of that one pass, after the vertex stage. Every attachment has a named [`Bound`]; the first that does not keep it is traced to a draw, a
-//! primitive and a pixel ([`locate()`]).
+//! In the *free-running* mode, each side reads its own results of earlier passes, and the driver shades vertices: the whole frame is checked. In the
+//! *resynchronised* mode, the driver starts every pass from the software GPU's attachments and draws the software GPU's vertices: a difference is
+//! then caused by that pass alone, after its vertex stage. Every attachment has a named [`Bound`]. The first attachment beyond its bound is traced to
+//! a draw, a primitive and a pixel ([`locate()`]).
 
 mod bounds;
 mod compare;
@@ -24,81 +24,81 @@ use nephroid_pipeline::Device;
 use nephroid_pipeline::frame::{AttachmentView, BufferId, Contents, Frame, FrameError, TextureId, pipelines, run_frame_pass, stream_draw};
 use nephroid_pipeline::state::TextureFormat;
 
-/// What the driver starts each pass from.
+/// The state from which the driver starts each pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
-    /// What it drew itself.
+    /// Its own results of earlier passes.
     FreeRunning,
     /// The software GPU's attachments and vertices.
     Resynchronised,
 }
 
-/// One attachment after one pass.
+/// Comparison of one attachment after one pass.
 #[derive(Clone, Debug, Serialize)]
 pub struct AttachmentReport {
     /// Number of the pass.
     pub pass_index: usize,
-    /// Its label.
+    /// Label of the pass.
     pub pass: String,
-    /// The texture's label.
+    /// Label of the texture.
     pub texture: String,
-    /// Its format.
+    /// Format of the texture.
     pub format: TextureFormat,
-    /// What it must keep to.
+    /// The bound.
     #[serde(with = "bounds::ReportedBound")]
     pub bound: Bound,
-    /// How far the two versions are apart.
+    /// The difference between the two versions.
     pub difference: Difference,
-    /// Whether they keep to the bound.
+    /// Whether the difference is within the bound.
     pub within: bool,
     #[serde(skip)]
     pub(crate) view: AttachmentView,
 }
 
-/// A query of a pass: exact on both sides.
+/// An occlusion query whose counts differ; they must be equal.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct QueryReport {
     /// Number of the pass.
     pub pass_index: usize,
     /// Number of the query.
     pub query: usize,
-    /// Fragments that passed on the software GPU.
+    /// Number of fragments that passed on the software GPU.
     pub expected: u64,
-    /// Fragments that passed on the driver.
+    /// Number of fragments that passed on the driver.
     pub actual: u64,
 }
 
-/// How many vertices a pass streamed out to a buffer.
+/// A stream-out buffer whose numbers of vertices differ.
 #[derive(Clone, Debug, Serialize)]
 pub struct StreamReport {
     /// Number of the pass.
     pub pass_index: usize,
-    /// The buffer's label.
+    /// Label of the buffer.
     pub buffer: String,
-    /// Vertices by the software GPU.
+    /// Vertices written by the software GPU.
     pub expected: u32,
-    /// Vertices by the driver.
+    /// Vertices written by the driver.
     pub actual: u32,
 }
 
-/// A frame, compared.
+/// Results of the cross-check of one frame.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// How the driver's passes started.
+    /// The mode of the cross-check.
     pub mode: Mode,
-    /// By pass, then by attachment.
+    /// Attachments by pass, then by number.
     pub attachments: Vec<AttachmentReport>,
-    /// Free-running: the vertex stage of every draw that a driver can stream out.
+    /// In the free-running mode: the vertex stage of every draw whose vertices a driver can stream out.
     pub vertices: Vec<VertexReport>,
-    /// Occlusion queries that differ.
+    /// Occlusion queries whose counts differ.
     pub queries: Vec<QueryReport>,
     /// Stream-out buffers with different numbers of vertices.
     pub streams: Vec<StreamReport>,
 }
 
 impl Report {
-    /// Whether everything is within its bound.
+    /// Whether all attachments and vertices are within their bounds, and all counts are equal.
     #[must_use]
     pub fn agrees(&self) -> bool {
         self.first_failure().is_none() && self.queries.is_empty() && self.streams.is_empty() && self.vertices.iter().all(|v| v.within)
@@ -111,7 +111,7 @@ impl Report {
     }
 }
 
-/// A frame on both sides, one pass at a time.
+/// A frame on both sides, run pass by pass.
 pub(crate) struct Pair<'a> {
     device: &'a Device,
     mode: Mode,
@@ -119,13 +119,17 @@ pub(crate) struct Pair<'a> {
     pipelines: Vec<nephroid_pipeline::RenderPipeline>,
     on_gpu: GpuFrame<'a>,
     gpu_frame: &'a Frame,
-    /// What the software GPU has.
+    /// Textures and buffers of the software GPU.
     pub expected: Contents,
-    /// What the driver has, as last read back.
+    /// Textures and buffers of the driver, as last read back.
     pub actual: Contents,
 }
 
 impl<'a> Pair<'a> {
+    /// A pair before its first pass: contents are the frames' initial contents.
+    ///
+    /// # Errors
+    /// If the frame is not valid or the device cannot hold it.
     pub fn new(gpu: &'a Gpu, device: &'a Device, on_cpu: &'a Frame, on_gpu: &'a Frame, mode: Mode) -> Result<Self, GpuError> {
         let pipelines = pipelines(on_cpu).map_err(FrameError::from)?;
         let expected = Contents::initial(on_cpu).map_err(FrameError::from)?;
@@ -133,7 +137,10 @@ impl<'a> Pair<'a> {
         Ok(Self { device, mode, on_cpu, pipelines, on_gpu: GpuFrame::new(gpu, on_gpu)?, gpu_frame: on_gpu, expected, actual })
     }
 
-    /// Runs a pass on both sides and reads the driver's attachments. Returns the queries of both.
+    /// Runs a pass on both sides and reads the driver's attachments. Returns the queries of the software GPU and of the driver.
+    ///
+    /// # Errors
+    /// If a side cannot run the pass.
     pub fn run(&mut self, index: usize) -> Result<[Vec<u64>; 2], GpuError> {
         let (expected, actual) = (&self.on_cpu.passes[index], &self.gpu_frame.passes[index]);
         let vertices = match self.mode {
@@ -151,7 +158,7 @@ impl<'a> Pair<'a> {
         Ok([output.queries, self.on_gpu.queries(&ready)?])
     }
 
-    /// The vertex stages of a pass on both sides, before the pass is run; none if the driver does not run them anyhow.
+    /// Compares the vertex stages of a pass on both sides, before the pass runs. Draws whose vertex stage the driver does not run are left out.
     fn vertices(&mut self, index: usize, bounds: &[PassBounds]) -> Result<Vec<VertexReport>, GpuError> {
         let pass = &self.on_cpu.passes[index];
         let mut reports = Vec::new();
@@ -174,7 +181,10 @@ impl<'a> Pair<'a> {
         Ok(reports)
     }
 
-    /// Gives the driver the software GPU's attachments of a pass, if that is the mode.
+    /// In the resynchronised mode, gives the driver the software GPU's attachments and streamed-out buffers of a pass.
+    ///
+    /// # Errors
+    /// If the driver fails.
     pub fn resynchronise(&mut self, index: usize) -> Result<(), GpuError> {
         if self.mode == Mode::Resynchronised {
             for view in self.on_cpu.passes[index].attachments() {
@@ -200,7 +210,7 @@ impl<'a> Pair<'a> {
         Ok(())
     }
 
-    /// What a pass streamed out that differs in length, which its vertices' own reports cannot see.
+    /// Streamed-out buffers of a pass whose lengths differ. The reports of vertices do not show this.
     fn streams(&self, index: usize) -> Vec<StreamReport> {
         let pass = &self.on_cpu.passes[index];
         let vertices = |contents: &Contents, id: BufferId| contents.streamed[id.index()].vertices;
@@ -219,13 +229,13 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// Runs a frame on both sides and compares every attachment after every pass. `bounds` are those of the frame's passes, `watch` is given both
+/// Runs a frame on both sides and compares every attachment after every pass. `bounds` are those of the frame's passes. `watch` is called with both
 /// versions of each attachment.
 ///
-/// The two frames are the same, except where a test has planted a difference; they have the same textures and passes.
+/// `on_cpu` and `on_gpu` are the same frame, except where a test has planted a difference; their textures and passes correspond.
 ///
 /// # Errors
-/// If the frame is not valid, or the driver lacks something or fails.
+/// If the frame is not valid, or the driver lacks a feature or fails.
 pub fn crosscheck(
     gpu: &Gpu,
     device: &Device,

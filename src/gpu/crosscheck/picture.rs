@@ -1,4 +1,4 @@
-//! Expected, actual and difference, side by side.
+//! A picture of expected values, actual values and their difference, side by side.
 
 use super::{Difference, relative};
 use nephroid_image::{Layer, LayerError, ToneMap};
@@ -7,10 +7,10 @@ use nephroid_pipeline::{FormatInfo, Surface};
 /// Columns between the three parts.
 const GAP: u32 = 4;
 
-/// A picture of two versions of an attachment: what the software GPU has, what the driver has, and the relative error.
+/// Draws two versions of an attachment: the software GPU's values, the driver's values, and the relative error.
 ///
-/// Values are scaled so that twice the expected mean is white. Errors are blue up to `tolerance` and red beyond, as bright as their magnitude
-/// between 1e-7 and 1 on a logarithmic scale; pixels with equal bits are black. To be written with [`plain_tone`].
+/// Values are scaled so that twice the expected mean is white. Errors are blue up to `tolerance` and red beyond it, with a brightness that grows with
+/// the logarithm of the error from 1e-7 to 1. Pixels with equal bits are black. Write the picture with [`plain_tone`].
 ///
 /// # Errors
 /// If the picture is too large for a layer.
@@ -21,7 +21,7 @@ pub fn side_by_side(
     tolerance: f64,
 ) -> Result<Layer, LayerError> {
     let (width, height) = (expected.width, expected.height);
-    // Of depth and stencil, the one that differs.
+    // Of depth and stencil, the one that differs is shown.
     let stencil = info.channels == 0 || difference.first.is_some_and(|p| p.channel == info.channels);
     let value = |s: &Surface, x: u32, y: u32, channel: usize| match stencil {
         true => f32::from(s.stencil_at(x, y)),
@@ -49,7 +49,7 @@ pub fn side_by_side(
             let stencil = f64::from(u8::from(info.stencil && expected.stencil_at(x, y) != actual.stencil_at(x, y)));
             let error = channels.fold(stencil, f64::max);
             let bright = if error > 0.0 { ((libm::log10(error.min(1.0)) + 7.0) / 7.0).clamp(0.1, 1.0) as f32 } else { 0.0 };
-            // The pixel that the report names stands out.
+            // A frame marks the pixel that the report names.
             let named = difference.first.is_some_and(|p| p.x.abs_diff(x).max(p.y.abs_diff(y)) == 3);
             match error <= tolerance {
                 _ if named => [0.0, 1.0, 0.0],
@@ -61,7 +61,7 @@ pub fn side_by_side(
     Layer::from_pixels("difference", whole, height, &pixels)
 }
 
-/// Shows values from 0 to 1 as they are.
+/// A tone map that shows values from 0 to 1 unchanged.
 #[must_use]
 pub fn plain_tone() -> ToneMap {
     ToneMap { exposure: 1.0, shoulder: 0.99, white: 1.0, desaturation: 0.0 }

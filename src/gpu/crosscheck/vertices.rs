@@ -1,39 +1,39 @@
-//! The vertex stage by itself: what stream-out writes on both sides, compared vertex by vertex.
+//! The vertex stage alone: the vertices that both sides stream out are compared one by one.
 
 use serde::Serialize;
 
 use super::bounds::{Bound, ReportedBound};
 use super::{relative, ulps};
 
-/// The vertices of one draw.
+/// Comparison of the vertices of one draw.
 #[derive(Clone, Debug, Serialize)]
 pub struct VertexReport {
     /// Number of the pass.
     pub pass_index: usize,
-    /// Its label.
+    /// Label of the pass.
     pub pass: String,
     /// Number of the draw.
     pub draw: usize,
-    /// Vertices compared, each as often as a primitive uses it.
+    /// Number of vertices compared; each counts as often as a primitive uses it.
     pub vertices: u64,
-    /// Vertices with any bit that differs.
+    /// Vertices with any differing bit.
     pub differing: u64,
     /// Vertices beyond the tolerance.
     pub outliers: u64,
-    /// Greatest distance in units in the last place.
+    /// Greatest difference in units in the last place.
     pub max_ulp: u64,
-    /// Greatest relative error; the scale is the mean magnitude of each component.
+    /// Greatest relative error; its scale is the mean magnitude of each component.
     pub max_relative: f64,
-    /// What they must keep to.
+    /// The bound.
     #[serde(with = "ReportedBound")]
     pub bound: Bound,
-    /// Whether they do.
+    /// Whether all vertices are within the bound.
     pub within: bool,
 }
 
 impl VertexReport {
-    /// Compares two streams of `stride` floats per vertex, of a draw given by the pass's number and label and its own number. Streams of
-    /// different lengths are beyond any bound.
+    /// Compares two streams of `stride` floats per vertex. `draw` gives the number and label of the pass and the number of the draw. Streams of
+    /// different lengths are beyond every bound.
     #[must_use]
     pub fn new((pass_index, pass, draw): (usize, &str, usize), bound: Bound, stride: usize, expected: &[f32], actual: &[f32]) -> Self {
         let vertices = (expected.len() / stride) as u64;

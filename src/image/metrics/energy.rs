@@ -1,4 +1,4 @@
-//! Whether the light that should arrive does.
+//! Energy of a picture relative to a reference.
 
 use super::pair::{MetricError, Pair};
 
@@ -9,7 +9,7 @@ pub struct EnergyRatio {
     pub reference: [f64; 3],
     /// Energy of the test per channel, in the same unit.
     pub test: [f64; 3],
-    /// Ratio per channel; `None` where the reference has none.
+    /// Ratio per channel; `None` if the reference's energy is 0.
     pub channels: [Option<f64>; 3],
     /// Ratio of the sums over all channels; 1 if energy is conserved.
     pub total: f64,
@@ -17,8 +17,8 @@ pub struct EnergyRatio {
 
 /// `ΣE_test·dA / ΣE_ref·dA` over the pixels that count, per channel and over all channels.
 ///
-/// `areas_m2` is the area of surface that each pixel stands for, row-major, at least 0; entries of pixels that do not count are not looked at. A
-/// picture of a receiver seen from straight above has equal areas; one seen in perspective has larger areas farther away.
+/// `areas_m2` is the area of the surface that each pixel shows, row-major, at least 0; entries of pixels that do not count are ignored. A picture of
+/// a receiver seen from straight above has equal areas; in perspective, farther pixels have larger areas.
 ///
 /// # Errors
 /// If there is not one area per pixel, an area is negative or not finite, or the reference sums to 0.

@@ -17,7 +17,7 @@ pub(super) fn gaussian(sigma_px: f64, radius: usize) -> Vec<f64> {
 
 /// Correlates every row of a plane with `along_x`, then every column with `along_y`: `out(x, y) = Σᵢⱼ along_x[i]·along_y[j]·in(x+i−rx, y+j−ry)`.
 ///
-/// Both lists have odd lengths, `2·rx + 1` and `2·ry + 1`. Beyond its border the plane goes on with the values of the border.
+/// Both lists have odd lengths, `2·rx + 1` and `2·ry + 1`. Beyond its border the plane is continued by the values at the border.
 pub(super) fn separable(plane: &[f64], width: usize, along_x: &[f64], along_y: &[f64]) -> Vec<f64> {
     let height = plane.len() / width;
     let radius = along_x.len() / 2;
@@ -45,7 +45,7 @@ pub(super) fn separable(plane: &[f64], width: usize, along_x: &[f64], along_y: &
     filtered
 }
 
-/// Whether the `2·radius + 1` columns and rows around each pixel are all inside the picture and count.
+/// Whether all pixels up to `radius` columns and rows away from each pixel are inside the picture and count.
 pub(super) fn surroundings_count(pair: &Pair, radius: usize) -> Vec<bool> {
     let (width, height) = (pair.width() as usize, pair.height() as usize);
     let ignored: Vec<f64> = (0..width * height).map(|index| f64::from(u8::from(!pair.counts(index)))).collect();

@@ -1,20 +1,20 @@
-//! How far one picture is from another: numbers as data.
+//! Measures of the difference between two pictures, as data.
 //!
 //! In: a [`Pair`], two linear RGB pictures of one size and, if wanted, a mask of the pixels that count. Out: plain numbers and maps. Nothing here
-//! prints, opens files or knows what the pictures show; the unit of a number follows from that of the pictures, such as W/m2.
+//! prints, opens files or knows the subject of the pictures; the unit of a number follows from that of the pictures, such as W/m2.
 //!
 //! | Question | Answer |
 //! |---|---|
 //! | How large is the error? | [`mse`], [`mae`], [`rel_mse`], [`psnr`] |
-//! | Too bright or too dark? | [`bias`], [`energy_ratio`] |
-//! | Would anyone see it? | [`flip_ldr`], [`flip_hdr`], [`ssim()`] |
+//! | Is it too bright or too dark? | [`bias`], [`energy_ratio`] |
+//! | Is the error visible? | [`flip_ldr`], [`flip_hdr`], [`ssim()`] |
 //! | Are the bright lines where they should be? | [`ridge_error`] |
 //! | Is it noise? | [`z_test()`] |
-//! | How fast does it shrink? | [`PowerLaw`] |
-//! | How large may it be, of two executors of one frame? | [`bounds`] |
+//! | How fast does it decrease? | [`PowerLaw`] |
+//! | How large may it be between two executors of one frame? | [`bounds`] |
 //!
-//! Every number is the same on any number of threads: sums are 64-bit and in index order, and what runs in parallel are rows that do not meet. A
-//! value that is not a number is never averaged away; a pair that holds one where it counts cannot be made.
+//! Every number is the same on any number of threads: sums are 64-bit and in index order, and rows that run in parallel are independent. NaN is never
+//! averaged away: a pair with a NaN in a pixel that counts cannot be made.
 
 pub mod bounds;
 mod energy;

@@ -1,13 +1,13 @@
-//! Two pictures that can be compared, checked once.
+//! Pairs of pictures that can be compared, checked once.
 
 use std::fmt;
 
 /// One of the two pictures of a [`Pair`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Which {
-    /// What is taken for the truth.
+    /// The picture that is taken as the truth.
     Reference,
-    /// What is judged.
+    /// The picture that is judged.
     Test,
 }
 
@@ -20,10 +20,10 @@ impl fmt::Display for Which {
     }
 }
 
-/// Why two pictures cannot be compared, or not in the way asked for.
+/// Why two pictures cannot be compared, or cannot be compared by a measure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MetricError {
-    /// One side is zero.
+    /// Width or height is zero.
     #[error("pictures of {width}x{height} pixels have no pixels; both sides must be at least 1")]
     Empty {
         /// Width given, in pixels.
@@ -31,10 +31,10 @@ pub enum MetricError {
         /// Height given, in pixels.
         height: u32,
     },
-    /// A list does not hold one entry per pixel.
+    /// A list does not have one entry per pixel.
     #[error("the {list} has {found} entries; {width}x{height} pixels need {}", u64::from(*.width) * u64::from(*.height))]
     WrongCount {
-        /// What the list is.
+        /// Name of the list.
         list: &'static str,
         /// Width given, in pixels.
         width: u32,
@@ -43,13 +43,13 @@ pub enum MetricError {
         /// Length of the list.
         found: usize,
     },
-    /// No pixel counts.
+    /// The mask leaves no pixel that counts.
     #[error("the mask leaves no pixel to compare; at least 1 must count")]
     NothingCounts,
-    /// A value at a pixel that counts is not what the metric is defined for.
+    /// A pixel that counts has a value for which the measure is not defined.
     #[error("the {list} is {value} at pixel ({x}, {y}), channel {channel}; {allowed}")]
     BadValue {
-        /// What the list is.
+        /// Name of the list.
         list: &'static str,
         /// Column of the pixel.
         x: u32,
@@ -59,26 +59,26 @@ pub enum MetricError {
         channel: usize,
         /// The value seen.
         value: f32,
-        /// What is allowed.
+        /// The allowed values.
         allowed: &'static str,
     },
     /// A parameter is out of its range.
     #[error("{name} is {value}; {allowed}")]
     BadParameter {
-        /// What the parameter is.
+        /// Name of the parameter.
         name: &'static str,
         /// The value seen.
         value: f64,
-        /// What is allowed.
+        /// The allowed values.
         allowed: &'static str,
     },
-    /// The reference holds no energy to divide by.
+    /// The reference has no energy to divide by.
     #[error("the reference sums to {sum}; an energy ratio needs a sum other than 0")]
     NoEnergy {
         /// The sum over all channels.
         sum: f64,
     },
-    /// No window of the metric lies wholly among the pixels that count.
+    /// No window of the measure lies wholly within the pixels that count.
     #[error("no window of {side}x{side} pixels lies inside the picture and its mask; at least 1 is needed")]
     NoWindow {
         /// Side of the window, in pixels.
@@ -94,7 +94,7 @@ pub enum MetricError {
         /// Largest luminance over the pixels that count.
         largest: f32,
     },
-    /// A picture shows no ridge.
+    /// A picture has no ridge.
     #[error("the {picture} shows no ridge, so there is no distance to measure")]
     NoRidge {
         /// The picture.
@@ -108,9 +108,9 @@ pub fn luminance(rgb: [f32; 3]) -> f64 {
     0.2126 * f64::from(rgb[0]) + 0.7152 * f64::from(rgb[1]) + 0.0722 * f64::from(rgb[2])
 }
 
-/// Two linear RGB pictures of one size, row-major, top row first, and the pixels of them that count.
+/// Two linear RGB pictures of one size, row-major, top row first, and the set of pixels that count.
 ///
-/// A pair that exists has at least one pixel that counts, and at these every channel of both pictures is finite. Elsewhere anything may stand.
+/// Invariant: at least one pixel counts, and at every pixel that counts all channels of both pictures are finite. Other pixels may have any value.
 #[derive(Clone, Copy)]
 pub struct Pair<'a> {
     width: u32,
@@ -122,12 +122,18 @@ pub struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    /// Compares all pixels.
+    /// A pair in which all pixels count.
+    ///
+    /// # Errors
+    /// If a list has the wrong length, or a value is not finite.
     pub fn new(width: u32, height: u32, reference: &'a [[f32; 3]], test: &'a [[f32; 3]]) -> Result<Self, MetricError> {
         Self::with_mask(width, height, reference, test, None)
     }
 
-    /// Compares the pixels at which `mask` is true, or all of them if there is no mask.
+    /// A pair in which the pixels count at which `mask` is true, or all pixels without a mask.
+    ///
+    /// # Errors
+    /// If a list has the wrong length, no pixel counts, or a value at a pixel that counts is not finite.
     pub fn with_mask(
         width: u32,
         height: u32,
@@ -165,19 +171,19 @@ impl<'a> Pair<'a> {
         self.height
     }
 
-    /// What is taken for the truth, all pixels.
+    /// All pixels of the reference.
     #[must_use]
     pub fn reference(&self) -> &'a [[f32; 3]] {
         self.reference
     }
 
-    /// What is judged, all pixels.
+    /// All pixels of the test.
     #[must_use]
     pub fn test(&self) -> &'a [[f32; 3]] {
         self.test
     }
 
-    /// One of the two, all pixels.
+    /// All pixels of one of the two pictures.
     #[must_use]
     pub fn picture(&self, which: Which) -> &'a [[f32; 3]] {
         match which {
@@ -198,7 +204,7 @@ impl<'a> Pair<'a> {
         self.mask.is_none_or(|mask| mask[index])
     }
 
-    /// Indices of the pixels that count, rising.
+    /// Indices of the pixels that count, ascending.
     pub fn indices(&self) -> impl Iterator<Item = usize> + use<'a> {
         let mask = self.mask;
         (0..self.reference.len()).filter(move |&index| mask.is_none_or(|mask| mask[index]))
@@ -217,7 +223,7 @@ impl<'a> Pair<'a> {
         ((index % width) as u32, (index / width) as u32)
     }
 
-    /// Fails unless a list has one entry per pixel.
+    /// Returns an error unless a list has one entry per pixel.
     pub(super) fn check_count(&self, list: &'static str, found: usize) -> Result<(), MetricError> {
         match u64::from(self.width) * u64::from(self.height) == found as u64 {
             true => Ok(()),
@@ -225,7 +231,7 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Fails at the first value, among the pixels that count, for which `is_good` does not hold.
+    /// Returns an error for the first value, among the pixels that count, for which `is_good` is false.
     pub(super) fn check_values(
         &self,
         list: &'static str,
@@ -245,7 +251,7 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// Size only: a dump of a million pixels helps nobody.
+/// Shows the size only, because a list of a million pixels is of no use.
 impl fmt::Debug for Pair<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Pair({}x{}, {} count)", self.width, self.height, self.count)

@@ -1,4 +1,4 @@
-//! Errors that look at each pixel alone.
+//! Measures that compare each pixel alone.
 //!
 //! All are means over the pixels that count and over the three channels, in 64 bits and in index order. `x` is the test, `r` the reference.
 
@@ -38,11 +38,11 @@ pub fn bias(pair: &Pair) -> f64 {
 
 /// Relative mean squared error `mean((x − r)²/(r + ε)²)`, a pure number, at least 0.
 ///
-/// `epsilon`, in the pictures' unit and above 0, keeps dark pixels from deciding alone. [`REL_MSE_EPSILON`] suits pictures around 1. An
-/// irradiance in W/m2 wants one in proportion, such as 1 % of the reference's mean: with it the number does not depend on the unit.
+/// `epsilon`, in the pictures' unit and above 0, limits the weight of dark pixels. [`REL_MSE_EPSILON`] suits pictures with values around 1. An
+/// irradiance in W/m2 needs an `epsilon` in proportion, such as 1 % of the reference's mean; the result is then independent of the unit.
 ///
 /// # Errors
-/// If `epsilon` is not above 0, or a reference value is negative: `r + ε` might then be zero.
+/// If `epsilon` is not above 0, or a reference value is negative, because `r + ε` might then be zero.
 pub fn rel_mse(pair: &Pair, epsilon: f64) -> Result<f64, MetricError> {
     if !(epsilon > 0.0 && epsilon.is_finite()) {
         return Err(MetricError::BadParameter { name: "epsilon", value: epsilon, allowed: "it must be above 0 and finite" });
@@ -53,8 +53,8 @@ pub fn rel_mse(pair: &Pair, epsilon: f64) -> Result<f64, MetricError> {
 
 /// Peak signal-to-noise ratio `10·log₁₀(peak²/mse)`, in decibels; `+∞` for equal pictures.
 ///
-/// `peak`, in the pictures' unit and above 0, is the value that counts as full signal: 1 for pictures in `0..=1`. A high dynamic range has no
-/// natural peak, so state the one used.
+/// `peak`, in the pictures' unit and above 0, is the value of a full signal: 1 for pictures in `0..=1`. A high dynamic range has no natural peak, so
+/// state the one used.
 ///
 /// # Errors
 /// If `peak` is not above 0.

@@ -1,4 +1,4 @@
-//! The exponent at which an error shrinks.
+//! The exponent at which an error decreases.
 
 /// A fitted power law `y = factor·x^exponent`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,10 +10,9 @@ pub struct PowerLaw {
 }
 
 impl PowerLaw {
-    /// The straight line of least squares through `(ln x, ln y)`.
+    /// Least-squares line through `(ln x, ln y)`.
     ///
-    /// Points of which a coordinate is not above 0 and finite have no logarithm and are left out. `None` if fewer than two places on the x axis
-    /// remain.
+    /// Points with a coordinate that is not above 0 or not finite have no logarithm and are left out. `None` if fewer than two distinct x remain.
     #[must_use]
     pub fn fit(points: &[(f64, f64)]) -> Option<Self> {
         let is_good = |value: f64| value > 0.0 && value.is_finite();

@@ -2,8 +2,8 @@
 
 /// The value below which the share `q` of a list lies, `q` in `0..=1`; sorts the list. `None` if it is empty or `q` is out of range.
 ///
-/// Between two entries the value is interpolated: with `p = q·(n − 1)` it lies at the fraction `p − ⌊p⌋` from the entry of rank `⌊p⌋` to the
-/// next. So `q = 0` gives the least, 0.5 the median and 1 the greatest. NaN sorts above everything.
+/// The value is interpolated between entries: with `p = q·(n − 1)`, it lies at the fraction `p − ⌊p⌋` from the entry of rank `⌊p⌋` to the next. So
+/// `q = 0` gives the least entry, 0.5 the median and 1 the greatest. NaN sorts above all numbers.
 #[must_use]
 pub fn quantile(values: &mut [f64], q: f64) -> Option<f64> {
     if values.is_empty() || !(0.0..=1.0).contains(&q) {

@@ -17,10 +17,10 @@ const C2: f64 = 0.03 * 0.03;
 /// ```text
 /// SSIM = (2·μ_x·μ_r + C₁)·(2·σ_xr + C₂) / ((μ_x² + μ_r² + C₁)·(σ_x² + σ_r² + C₂))     [WBSS04 eq. 13]
 /// ```
-/// with means, variances and covariance weighted by a Gaussian of 11x11 pixels and σ = 1.5 that sums to 1; averaged over windows and channels.
-/// Values lie in `0..=1`: tone-map first, and say how. As in the authors' program a window counts only if it lies inside the picture, so that the 5
-/// outermost pixels are no centres; with a mask, only if all of its pixels count. Without one the result is that of scikit-image's
-/// `structural_similarity` with `gaussian_weights`, `sigma = 1.5`, `use_sample_covariance = False` and `data_range = 1`, to 1e-12.
+/// with means, variances and covariance weighted by a Gaussian of 11x11 pixels with σ = 1.5 that sums to 1; averaged over windows and channels.
+/// Values lie in `0..=1`: tone-map first, and state how. As in the authors' program, only windows inside the picture count, so the 5 outermost pixels
+/// are not centres; with a mask, all pixels of a window must count. Without a mask the result is that of scikit-image's `structural_similarity` with
+/// `gaussian_weights`, `sigma = 1.5`, `use_sample_covariance = False` and `data_range = 1`, to 1e-12.
 ///
 /// # Errors
 /// If a value lies outside `0..=1`, or no window counts.
@@ -39,7 +39,7 @@ pub fn ssim(pair: &Pair) -> Result<f64, MetricError> {
     let weights = gaussian(SIGMA_PX, RADIUS);
     let mut sum = 0.0;
     for channel in 0..3 {
-        // What does not count is in no window, and may be no number.
+        // Pixels that do not count are in no window, and may be NaN.
         let plane = |f: fn(f64, f64) -> f64| {
             let value = |index: usize| f(f64::from(pair.test()[index][channel]), f64::from(pair.reference()[index][channel]));
             let values: Vec<f64> = (0..whole.len()).map(|index| if pair.counts(index) { value(index) } else { 0.0 }).collect();

@@ -1,4 +1,4 @@
-//! Whether a difference is more than noise.
+//! A test whether differences are larger than noise explains.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -6,7 +6,7 @@ use super::pair::{MetricError, Pair};
 
 /// Variances of the pictures' values, row-major, in the square of their unit.
 ///
-/// A renderer that averages `n` samples per pixel has the sample variance over `n` here: the variance of the mean, not of one sample.
+/// For a renderer that averages `n` samples per pixel, this is the sample variance over `n`: the variance of the mean, not of one sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Variances<'a> {
     /// Variance of each value of the reference, at least 0.
@@ -15,18 +15,18 @@ pub struct Variances<'a> {
     pub test: Option<&'a [[f32; 3]]>,
 }
 
-/// What [`z_test()`] found.
+/// Result of [`z_test()`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZTest {
     /// Number of values tested: three per pixel that counts.
     pub tested: usize,
-    /// Number of values farther from the reference than chance explains.
+    /// Number of values that differ from the reference by more than chance explains.
     pub rejected: usize,
     /// Largest `|z|` that passes, in standard deviations.
     pub threshold: f64,
     /// Column, row and channel of the value with the largest `|z|`; the first one if there are several.
     pub worst: (u32, u32, usize),
-    /// `z` there: above 0 where the test is too bright, infinite where values without variance differ.
+    /// The `z` of that value: above 0 if the test is too bright, infinite if values without variance differ.
     pub worst_z: f64,
 }
 
@@ -38,15 +38,15 @@ impl ZTest {
     }
 }
 
-/// Tests value by value whether reference and test are the same but for noise.
+/// Tests, value by value, whether reference and test are equal except for noise.
 ///
-/// `z = (x − r)/√(var_r + var_x)` is standard normal if they are. A value is rejected where `|z|` exceeds the two-sided quantile of the level `1
-/// − (1 − α)^(1/n)` [Šidák 1967], `n` being the number of values: of pictures without a systematic error, the share `α` (in `0..1`, such as
-/// 0.01) has any rejection if values are independent, and no more than that if they are correlated, as the channels of one path are. Where the
-/// variance is 0 the values must be equal, else they count as rejected.
+/// If they are, `z = (x − r)/√(var_r + var_x)` is standard normal. A value is rejected if `|z|` exceeds the two-sided quantile of the level
+/// `1 − (1 − α)^(1/n)` [Šidák 1967], where `n` is the number of values. Of pictures without a systematic error, the share `α` (in `0..1`, such as
+/// 0.01) has at least one rejection if values are independent, and at most that share if they are correlated, as the channels of one path are. Values
+/// without variance must be equal; otherwise they are rejected.
 ///
-/// The level is per picture, so the test sees single wrong pixels; a shift far below the noise of every pixel needs [`super::energy_ratio`]. It
-/// presumes normal noise: average enough samples per pixel for the central limit theorem to hold, or bright outliers will be rejected.
+/// The level is per picture, so the test finds single wrong pixels; to find a shift far below the noise of every pixel, use [`super::energy_ratio`].
+/// The noise must be normal: average enough samples per pixel for the central limit theorem to hold, or bright outliers will be rejected.
 ///
 /// # Errors
 /// If `alpha` is out of range, a list has the wrong length, or a variance is negative or not finite.
@@ -88,11 +88,11 @@ pub fn z_test(pair: &Pair, variances: &Variances, alpha: f64) -> Result<ZTest, M
 
 /// The `z ≥ 0` that a standard normal variable exceeds in magnitude with the probability `level`, in `0..=1`: `erfc(z/√2) = level`.
 ///
-/// Newton's iteration on `ln erfc(z/√2) − ln level`, which is concave in `z`: started at the upper bound `√(−2 ln level)` it descends to the
-/// root without ever passing it, however far out that is. Relative error below 1e-13 for levels down to 1e-300.
+/// Newton's iteration on `ln erfc(z/√2) − ln level`, which is concave in `z`: from the upper bound `√(−2 ln level)` it descends to the root without
+/// ever passing it, at any distance. Relative error below 1e-13 for levels down to 1e-300.
 ///
 /// # Errors
-/// If `level` is not in `0..=1`, or 0, whose quantile is infinite.
+/// If `level` is not in `0..=1`, or is 0, for which the quantile is infinite.
 pub fn two_sided_quantile(level: f64) -> Result<f64, MetricError> {
     if !(level > 0.0 && level <= 1.0) {
         return Err(MetricError::BadParameter { name: "level", value: level, allowed: "it must be above 0 and at most 1" });
@@ -110,7 +110,7 @@ pub fn two_sided_quantile(level: f64) -> Result<f64, MetricError> {
     Ok(z.max(0.0))
 }
 
-/// Iterations after which [`two_sided_quantile`] stops; six are enough everywhere.
+/// Iterations after which [`two_sided_quantile`] stops; six are always enough.
 const MAX_STEPS: u32 = 50;
 
 #[cfg(test)]

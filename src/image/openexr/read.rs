@@ -1,7 +1,7 @@
-//! The bytes of an EXR to layers, whoever wrote them.
+//! Decodes the bytes of an EXR to layers, from any program.
 //!
-//! The crate `exr` reads headers and chunks and decompresses; where pixels go is decided here, so that no number of the file is an index
-//! or a size before it was checked.
+//! The crate `exr` reads headers and chunks and decompresses them. The positions of pixels are computed here, so no number of the file is used as an
+//! index or a size before it is checked.
 
 use std::io::Cursor;
 
@@ -18,23 +18,26 @@ use half::f16;
 use super::{ExrError, UNNAMED};
 use crate::{Image, Layer, LayerSet};
 
-/// Most bytes that one byte of a file can become: above the 1032 of deflate, the strongest compression that is read.
+/// Most bytes that one byte of a file can expand to: above 1032 for deflate, the strongest compression that is read.
 const MAX_EXPANSION: u128 = 2048;
 
-/// The planes of one part, being filled.
+/// The planes of one part, while they are filled.
 struct Part {
     name: Option<String>,
     planes: Vec<Image<f32>>,
-    /// Samples filled so far, over all planes.
+    /// Number of samples filled so far, over all planes.
     filled: u64,
 }
 
-/// A channel's own name, without the layer, and its numbers.
+/// The name of a channel without its layer, and its plane.
 type NamedPlane = (String, Image<f32>);
 
-/// Decodes all layers of an EXR; half floats become floats, positions of data windows are dropped, of mip levels the largest is taken.
+/// Decodes all layers of an EXR. Half floats become floats, offsets of data windows are ignored, and only the largest mip level is read.
 ///
-/// A declared size that the bytes present cannot fill is refused before memory is taken for it.
+/// A declared size that the file cannot fill is refused before memory is allocated.
+///
+/// # Errors
+/// If the bytes are not an EXR, are damaged, or need a feature that is not read.
 pub fn decode(bytes: &[u8]) -> Result<LayerSet, ExrError> {
     let reader = Reader::read_from_buffered(Cursor::new(bytes), true)?;
     let meta = reader.meta_data().clone();
@@ -52,7 +55,7 @@ pub fn decode(bytes: &[u8]) -> Result<LayerSet, ExrError> {
     group(parts, &meta)
 }
 
-/// Refuses headers whose pixels cannot be in a file of this length.
+/// Returns an error for headers whose pixels cannot be in a file of this length.
 fn check_plausible(meta: &MetaData, file_bytes: usize) -> Result<(), ExrError> {
     let mut declared_bytes = 0_u128;
     for header in &meta.headers {
@@ -67,7 +70,7 @@ fn check_plausible(meta: &MetaData, file_bytes: usize) -> Result<(), ExrError> {
     Ok(())
 }
 
-/// Checks that a part can be read, and takes memory for it.
+/// Checks that a part can be read, and allocates its planes.
 fn empty_part(header: &Header) -> Result<Part, ExrError> {
     let name = header.own_attributes.layer_name.as_ref().map(ToString::to_string);
     if !matches!(
@@ -76,7 +79,7 @@ fn empty_part(header: &Header) -> Result<Part, ExrError> {
     ) {
         return Err(ExrError::UnsupportedCompression { name: name.unwrap_or_default(), found: header.compression.to_string() });
     }
-    // Larger sizes are refused by the header's own check; should one pass, the image is too large to be made.
+    // The header's own check refuses larger sizes. If one passed, the image would be refused as too large.
     let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
     let (width, height) = (side(header.layer_size.width()), side(header.layer_size.height()));
     let plane = |channel: &ChannelDescription| {
@@ -127,7 +130,7 @@ fn fill(parts: &mut [Part], chunk: Chunk, meta: &MetaData) -> Result<(), ExrErro
     Ok(())
 }
 
-/// Sorts the channels of all parts into layers, in order of appearance.
+/// Groups the channels of all parts into layers, in order of appearance.
 fn group(parts: Vec<Part>, meta: &MetaData) -> Result<LayerSet, ExrError> {
     let mut groups: Vec<(String, Vec<NamedPlane>)> = Vec::new();
     for (part, header) in parts.into_iter().zip(&meta.headers) {
@@ -147,7 +150,7 @@ fn group(parts: Vec<Part>, meta: &MetaData) -> Result<LayerSet, ExrError> {
     Ok(layers)
 }
 
-/// Layer and channel that a channel of a part belongs to: `(Some("normal"), "X")` and `(None, "normal.X")` are the same.
+/// The layer and channel names of a channel of a part: `(Some("normal"), "X")` and `(None, "normal.X")` are the same.
 pub(super) fn split_name(part: Option<&str>, channel: &str) -> (String, String) {
     let (prefix, last) = channel.rsplit_once('.').map_or((None, channel), |(prefix, last)| (Some(prefix), last));
     let layer = match (part, prefix) {
@@ -159,7 +162,7 @@ pub(super) fn split_name(part: Option<&str>, channel: &str) -> (String, String) 
     (layer, last.to_owned())
 }
 
-/// Place of a channel among its fellows; unknown names follow in alphabetical order.
+/// Rank of a channel in its layer; unknown names follow in alphabetical order.
 fn channel_rank(name: &str) -> usize {
     const RANKS: [&[&str]; 4] = [&["R", "X", "U"], &["G", "Y", "V"], &["B", "Z"], &["A", "W"]];
     RANKS.iter().position(|names| names.contains(&name)).unwrap_or(RANKS.len())

@@ -1,4 +1,4 @@
-//! Layers to the bytes of an EXR.
+//! Encodes layers to the bytes of an EXR.
 
 use std::io::Cursor;
 
@@ -14,20 +14,23 @@ use rayon::prelude::*;
 use super::ExrError;
 use crate::{Image, Layer, LayerSet};
 
-/// Blocks compressed at a time: enough to keep the threads busy, few enough to bound memory (16 scan lines each).
+/// Blocks compressed at a time: enough to occupy the threads, few enough to bound memory (16 scan lines each).
 const BATCH: usize = 64;
 
-/// Names of the channels, by their number, in the order of the planes.
+/// Names of the channels in the order of the planes, by number of channels.
 const CHANNEL_NAMES: [&[&str]; 4] = [&["Y"], &["X", "Y"], &["R", "G", "B"], &["R", "G", "B", "A"]];
 
-/// Planes of a layer with their channel names, in the alphabetical order that the format demands.
+/// The planes of a layer with their channel names, in the alphabetical order that the format requires.
 fn sorted_channels(layer: &Layer) -> Vec<(&'static str, &Image<f32>)> {
     let mut channels: Vec<_> = CHANNEL_NAMES[layer.channel_count() - 1].iter().copied().zip(layer.planes()).collect();
     channels.sort_unstable_by_key(|(name, _)| *name);
     channels
 }
 
-/// Encodes all layers, losslessly. The display window of the file is the size of the first layer.
+/// Encodes all layers without loss. The display window of the file is the size of the first layer.
+///
+/// # Errors
+/// If there is no layer, or one is too large for the format.
 pub fn encode(layers: &LayerSet) -> Result<Vec<u8>, ExrError> {
     let first = layers.iter().next().ok_or(ExrError::NoLayers)?;
     let display_window = IntegerBounds::from_dimensions(exr_size(first)?);
@@ -55,7 +58,7 @@ pub fn encode(layers: &LayerSet) -> Result<Vec<u8>, ExrError> {
     Ok(bytes.into_inner())
 }
 
-/// The size of a layer, if the format can express it.
+/// The size of a layer, if the format can represent it.
 fn exr_size(layer: &Layer) -> Result<Vec2<usize>, ExrError> {
     let (width, height) = (layer.width(), layer.height());
     if i32::try_from(width).is_err() || i32::try_from(height).is_err() {
@@ -74,7 +77,7 @@ fn header(layer: &Layer) -> Result<Header, ExrError> {
     ))
 }
 
-/// The pixels of one block as the format lays them out: row by row, channel by channel.
+/// The pixels of one block in the format's layout: row by row, channel by channel.
 fn block_bytes(channels: &[(&str, &Image<f32>)], index: BlockIndex) -> Vec<u8> {
     let (x, y) = (index.pixel_position.x(), index.pixel_position.y());
     let mut data = Vec::with_capacity(index.pixel_size.area() * channels.len() * size_of::<f32>());

@@ -1,15 +1,15 @@
 //! The pixels of a PNG as a zlib stream, made in parallel.
 //!
-//! Rows are cut into bands of about [`BAND_BYTES`], by the size of the picture alone. Each band is filtered and compressed by itself; a deflate
-//! stream may be flushed to a whole byte anywhere, so the compressed bands one after another are one stream. A band cannot refer back to the
-//! one before it: files are about half a percent larger than those of one stream.
+//! Rows are cut into bands of about [`BAND_BYTES`]; the cut depends on the size of the picture alone. Each band is filtered and compressed
+//! separately. A deflate stream may be flushed to a whole byte anywhere, so the compressed bands in sequence form one stream. A band cannot refer to
+//! the one before it: files are about half a percent larger than with one stream.
 
 use miniz_oxide::deflate::core::{CompressorOxide, TDEFLFlush, TDEFLStatus, compress_to_output, create_comp_flags_from_zip_params};
 use rayon::prelude::*;
 
 use crate::Image;
 
-/// Bytes of a band before compression: four windows of deflate, and enough bands for the threads to share.
+/// Bytes of a band before compression: four windows of deflate, and enough bands to occupy the threads.
 const BAND_BYTES: usize = 128 << 10;
 
 /// Compression level, 0 to 9.
@@ -49,7 +49,7 @@ pub(super) fn compress(codes: &Image<u8>, pixel_bytes: usize) -> Vec<u8> {
 
 /// A band as a piece of a raw deflate stream, up to a whole byte.
 fn deflate(bytes: &[u8], flush: TDEFLFlush) -> Vec<u8> {
-    // A window given as 0 bits means no zlib header, which belongs before the first band only.
+    // A window of 0 bits means no zlib header; the header belongs before the first band only.
     let mut compressor = CompressorOxide::new(create_comp_flags_from_zip_params(LEVEL, 0, 0));
     let mut compressed = Vec::with_capacity(bytes.len() / 2);
     let (status, read) = compress_to_output(&mut compressor, bytes, flush, |part| {
@@ -83,13 +83,13 @@ fn filter_rows(rows: &[u8], before: Option<&[u8]>, row_bytes: usize, pixel_bytes
     filtered
 }
 
-/// Sum of the magnitudes of the bytes as signed numbers: the row with the least of it compresses best, as a rule [PNG 12.7].
+/// Sum of the magnitudes of the bytes as signed numbers. The row with the least sum usually compresses best [PNG 12.7].
 fn cost(row: &[u8]) -> u64 {
-    // Partial sums that 16 bits hold, for wide registers.
+    // Partial sums fit 16 bits, so that they can be vectorized.
     row.chunks(128).map(|part| u64::from(part.iter().map(|&byte| u16::from((byte as i8).unsigned_abs())).sum::<u16>())).sum()
 }
 
-/// How a row is predicted, by the number the format gives it. Type 0, no prediction, almost never wins on a rendered picture.
+/// How a row is predicted, with the format's numbers. Type 0, no prediction, is almost never best for a rendered picture.
 #[derive(Clone, Copy)]
 enum Filter {
     /// From the pixel on the left.
@@ -98,15 +98,15 @@ enum Filter {
     Up = 2,
     /// From the mean of both.
     Average = 3,
-    /// From that one of left, above and above left which is nearest to left + above − above left.
+    /// From left, above or above left, whichever is nearest to left + above − above left.
     Paeth = 4,
 }
 
-/// The filters tried; the first of equals is taken.
+/// The filters that are tried. Of equally good ones the first is taken.
 const FILTERS: [Filter; 4] = [Filter::Paeth, Filter::Average, Filter::Sub, Filter::Up];
 
 impl Filter {
-    /// Writes what is left of a row after prediction. Outside of the picture there are zeros.
+    /// Writes the differences of a row from its prediction. Pixels outside of the picture are zero.
     fn apply(self, row: &[u8], above: &[u8], pixel_bytes: usize, out: &mut [u8]) {
         match self {
             Self::Sub => predict(row, above, pixel_bytes, out, |left, _, _| left),
@@ -130,7 +130,7 @@ fn predict(row: &[u8], above: &[u8], pixel_bytes: usize, out: &mut [u8], predict
     }
 }
 
-/// Paeth's predictor: left before above before above left where distances are equal.
+/// Paeth's predictor. For equal distances, left precedes above, and above precedes above left.
 #[inline(always)]
 fn paeth(left: u8, up: u8, up_left: u8) -> u8 {
     let (a, b, c) = (i16::from(left), i16::from(up), i16::from(up_left));
@@ -139,7 +139,7 @@ fn paeth(left: u8, up: u8, up_left: u8) -> u8 {
     if to_left <= to_up && to_left <= to_up_left { left } else { nearest_of_up }
 }
 
-/// The Adler-32 checksum of some bytes, with their number: sums of two pieces make the sum of the whole.
+/// The Adler-32 checksum of some bytes, with their number. The checksums of two pieces can be combined to that of the whole.
 #[derive(Clone, Copy)]
 struct Adler {
     a: u32,
@@ -150,7 +150,7 @@ struct Adler {
 impl Adler {
     fn of(bytes: &[u8]) -> Self {
         let (mut a, mut b) = (1_u32, 0_u32);
-        // The most bytes after which neither sum can overflow.
+        // The largest number of bytes for which neither sum can overflow.
         for part in bytes.chunks(5552) {
             for &byte in part {
                 a += u32::from(byte);
@@ -162,7 +162,7 @@ impl Adler {
         Self { a, b, length: bytes.len() as u64 }
     }
 
-    /// The checksum of these bytes and then the next ones: `a = a₁ + a₂ − 1`, `b = b₁ + b₂ + n₂·(a₁ − 1)`.
+    /// The checksum of these bytes followed by the next ones: `a = a₁ + a₂ − 1`, `b = b₁ + b₂ + n₂·(a₁ − 1)`.
     fn then(self, next: Self) -> Self {
         let modulus = u64::from(ADLER_MODULUS);
         let before = u64::from(self.a) + modulus - 1;

@@ -45,21 +45,21 @@ impl Rect {
     }
 }
 
-/// Where a text stands relative to the place it is given.
+/// Alignment of a text relative to its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Align {
-    /// It begins there.
+    /// The text begins at the position.
     Left,
-    /// Its middle is there.
+    /// The text is centred at the position.
     Centre,
-    /// It ends there.
+    /// The text ends at the position.
     Right,
 }
 
 /// A page.
 pub(super) struct Canvas {
     pixmap: Pixmap,
-    /// Boxes of all text drawn, so that a test can see whether it fits.
+    /// Boxes of all texts drawn, so that a test can check whether they fit.
     pub boxes: Vec<Rect>,
 }
 
@@ -83,19 +83,19 @@ impl Canvas {
         self.pixmap.height()
     }
 
-    /// The colour at a place inside the page.
+    /// The colour at a position inside the page.
     #[cfg(test)]
     pub(super) fn get(&self, x: u32, y: u32) -> Rgb {
         let pixel = self.pixmap.pixel(x, y).expect("a place inside the page");
         [pixel.red(), pixel.green(), pixel.blue()]
     }
 
-    /// Sets a pixel; outside of the page, nothing.
+    /// Sets a pixel; does nothing outside of the page.
     pub(super) fn set(&mut self, x: u32, y: u32, [r, g, b]: Rgb) {
         self.blend(x, y, [r, g, b], 255);
     }
 
-    /// Mixes a colour in, `coverage` of 255 parts.
+    /// Blends a colour with weight `coverage/255`.
     fn blend(&mut self, x: u32, y: u32, color: Rgb, coverage: u8) {
         if x >= self.width() || y >= self.height() {
             return;
@@ -105,7 +105,7 @@ impl Canvas {
         let share = u32::from(coverage);
         let mix = |under: u8, over: u8| ((u32::from(under) * (255 - share) + u32::from(over) * share + 127) / 255) as u8;
         let [r, g, b] = [mix(pixel.red(), color[0]), mix(pixel.green(), color[1]), mix(pixel.blue(), color[2])];
-        // Opaque, so that premultiplied is the same as straight.
+        // The colour is opaque, so premultiplied and straight are the same.
         *pixel = PremultipliedColorU8::from_rgba(r, g, b, 255).unwrap_or(*pixel);
     }
 
@@ -118,7 +118,7 @@ impl Canvas {
         }
     }
 
-    /// Draws a frame of one pixel around a rectangle, outside of it.
+    /// Draws a frame of one pixel around a rectangle, outside of the rectangle.
     pub(super) fn frame(&mut self, rect: Rect, color: Rgb) {
         let Rect { x, y, width, height } = rect;
         self.fill(Rect { x: x - 1, y: y - 1, width: width + 2, height: 1 }, color);
@@ -127,7 +127,7 @@ impl Canvas {
         self.fill(Rect { x: x + width, y, width: 1, height }, color);
     }
 
-    /// Draws a line through points, with soft edges; dashed if wanted.
+    /// Draws an anti-aliased line through points, dashed if wanted.
     pub(super) fn line(&mut self, points: &[(f32, f32)], width_px: f32, color: Rgb, is_dashed: bool) {
         let Some(path) = polyline(points, false) else {
             return;
@@ -137,14 +137,14 @@ impl Canvas {
         self.pixmap.stroke_path(&path, &paint(color), &stroke, Transform::identity(), None);
     }
 
-    /// Fills a polygon, with soft edges.
+    /// Fills an anti-aliased polygon.
     pub(super) fn polygon(&mut self, points: &[(f32, f32)], color: Rgb) {
         if let Some(path) = polyline(points, true) {
             self.pixmap.fill_path(&path, &paint(color), FillRule::Winding, Transform::identity(), None);
         }
     }
 
-    /// Fills a disc, with soft edges.
+    /// Fills an anti-aliased disc.
     pub(super) fn disc(&mut self, (x, y): (f32, f32), radius: f32, color: Rgb) {
         if let Some(path) = PathBuilder::from_circle(x, y, radius) {
             self.pixmap.fill_path(&path, &paint(color), FillRule::Winding, Transform::identity(), None);
@@ -165,7 +165,7 @@ impl Canvas {
         self.glyphs(text, font, color, |along, down| (x + along, y + down));
     }
 
-    /// Writes a line of text that is read from below to above, with its middle at `y` and its top at `x`.
+    /// Writes a line of text that is read from bottom to top, with its middle at `y` and its top at `x`.
     pub(super) fn text_upwards(&mut self, x: u32, y: u32, text: &str, font: Font, color: Rgb) {
         let width = font.width_px(text);
         let end = y + width / 2;
@@ -175,7 +175,7 @@ impl Canvas {
         self.glyphs(text, font, color, |along, down| (x + down, end.saturating_sub(along + 1)));
     }
 
-    /// Draws a text pixel by pixel; `place` takes the distance along the line and down from its top.
+    /// Draws a text pixel by pixel. `place` maps the distance along the line and down from its top to a pixel.
     fn glyphs(&mut self, text: &str, font: Font, color: Rgb, place: impl Fn(u32, u32) -> (u32, u32)) {
         for (index, character) in text.chars().enumerate() {
             let Some(glyph) = font.glyph(character) else {

@@ -14,8 +14,8 @@ const LOW_HUE_DEG: f64 = 260.0;
 const HIGH_HUE_DEG: f64 = 27.0;
 
 /// The 8-bit sRGB colour of a signed number: blue at −1, nearly white at 0, red at +1; clamped outside, and neutral for NaN.
-///
-/// Straight lines in Oklab [B. Ottosson, "A perceptual color space for image processing", 2020], so that equal steps of the number look equally
+/// Straight lines in Oklab [B. Ottosson, "A perceptual color space for image processing", 2020]: equal steps of the number look equally large, and
+/// numbers of equal magnitude look equally dark.
 /// large, and equal magnitudes of either sign equally dark.
 #[must_use]
 pub fn diverging(value: f64) -> [u8; 3] {
@@ -27,7 +27,7 @@ pub fn diverging(value: f64) -> [u8; 3] {
     linear_from_oklab([lightness, chroma * cosine, chroma * sine]).map(|channel| quantize_8bit(srgb_encode(channel as f32)))
 }
 
-/// Oklab to linear RGB with the primaries of BT.709; outside of `0..=1` if the colour is out of gamut.
+/// Oklab to linear RGB with the primaries of BT.709; components are outside of `0..=1` if the colour is out of gamut.
 fn linear_from_oklab([lightness, a, b]: [f64; 3]) -> [f64; 3] {
     let cube = |x: f64| x * x * x;
     let l = cube(lightness + 0.396_337_777_4 * a + 0.215_803_757_3 * b);

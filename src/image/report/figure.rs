@@ -1,4 +1,4 @@
-//! Reference, result and difference, side by side.
+//! Figures: reference, result and difference, side by side.
 
 use noto_sans_mono_bitmap::RasterHeight;
 
@@ -12,7 +12,7 @@ use crate::tone::{quantize_8bit, srgb_encode};
 
 /// Panels narrower than this are magnified.
 const LEAST_PANEL_PX: u32 = 320;
-/// From this width on, text and distances are larger.
+/// From this panel width on, text and distances are larger.
 const LARGE_PANEL_PX: u32 = 700;
 /// Least height of the colour bar, so that its numbers do not touch.
 const LEAST_BAR_PX: u32 = 120;
@@ -23,17 +23,17 @@ const SHOWN: f64 = 0.9;
 /// Share of the differences that the colour bar covers.
 const RANGE_QUANTILE: f64 = 0.995;
 
-/// A comparison to look at: reference, result and signed difference as three panels, and a table of numbers.
+/// A figure for a comparison: reference, result and signed difference as three panels, and a table of numbers.
 ///
-/// - Reference and result are shown with one exposure, that which brings the 99 % quantile of the reference's luminance to 0.9 of white; brighter
-///   values are clipped. No tone curve but that of sRGB.
-/// - The difference is that of luminances, result minus reference, in [`diverging`] colours: blue is too dark, red too bright. Its colour bar is
-///   symmetric and covers 99.5 % of the pixels, rounded up; the figure says what lies beyond.
+/// - Reference and result are shown with one exposure, which brings the 99 % quantile of the reference's luminance to 0.9 of white; brighter values
+///   are clipped. The only tone curve is that of sRGB.
+/// - The difference is that of luminances, result minus reference, in [`diverging`] colours: blue is too dark, red too bright. The colour bar is
+///   symmetric and covers 99.5 % of the pixels, rounded up; the figure states how many pixels lie beyond.
 /// - Pixels that do not count are hatched.
 /// - Pixels are shown 1:1. Panels narrower than 320 pixels are magnified by a whole number.
 #[derive(Clone, Copy, Debug)]
 pub struct Figure<'a> {
-    /// Heading; broken into lines where needed.
+    /// Heading, wrapped to the width of the figure.
     pub title: &'a str,
     /// The pictures: linear RGB.
     pub pair: Pair<'a>,
@@ -48,7 +48,7 @@ pub struct Figure<'a> {
 }
 
 impl Figure<'_> {
-    /// Draws the figure: the bytes of an 8-bit sRGB PNG.
+    /// Draws the figure. Returns the bytes of an 8-bit sRGB PNG.
     ///
     /// # Errors
     /// If the figure would have more than 2^28 pixels.
@@ -70,7 +70,7 @@ impl Figure<'_> {
         Ok(canvas)
     }
 
-    /// The first two panels and the note under them.
+    /// Draws the first two panels and the note below them.
     fn paint_pictures(&self, canvas: &mut Canvas, layout: &Layout) {
         for (which, panel) in [Which::Reference, Which::Test].into_iter().zip(layout.panels) {
             let pixels = self.pair.picture(which);
@@ -91,7 +91,7 @@ impl Figure<'_> {
         }
     }
 
-    /// The third panel and its colour bar.
+    /// Draws the third panel and its colour bar.
     fn paint_difference(&self, canvas: &mut Canvas, layout: &Layout) {
         let (pair, range) = (&self.pair, layout.scale.range);
         self.paint_panel(canvas, layout, layout.panels[2], |index| diverging(difference(pair, index) / range));
@@ -112,7 +112,7 @@ impl Figure<'_> {
         canvas.text(end, layout.captions_y + style.caption.line_px() - style.note.line_px(), Align::Right, &layout.unit, style.note, BLACK);
     }
 
-    /// One panel, magnified and framed; pixels that do not count are hatched.
+    /// Draws one panel, magnified and framed. Pixels that do not count are hatched.
     fn paint_panel(&self, canvas: &mut Canvas, layout: &Layout, panel: Rect, color: impl Fn(usize) -> Rgb) {
         let width = self.pair.width();
         for y in 0..panel.height {
@@ -125,7 +125,7 @@ impl Figure<'_> {
         canvas.frame(panel, GREY);
     }
 
-    /// The table, as many columns as fit, read down the columns.
+    /// Draws the table in as many columns as fit, to be read down the columns.
     fn paint_table(&self, canvas: &mut Canvas, layout: &Layout) {
         let Some(table) = &layout.table else {
             return;
@@ -164,13 +164,13 @@ fn hatching(x: u32, y: u32) -> Rgb {
 
 /// Exposure and range of the colour bar.
 struct Scales {
-    /// Factor on the values of reference and result.
+    /// Factor that reference and result are multiplied by.
     exposure: f64,
-    /// Quantile of the luminance that the exposure follows.
+    /// Quantile of the luminance that determines the exposure.
     bright: f64,
     /// End of the colour bar, above 0.
     range: f64,
-    /// Share of the pixels beyond it.
+    /// Share of the pixels beyond the range.
     clipped: f64,
 }
 
@@ -182,7 +182,7 @@ impl Scales {
         };
         let mut differences: Vec<f64> = pair.indices().map(|index| difference(pair, index).abs()).collect();
         let beyond = |range: f64, differences: &[f64]| differences.iter().filter(|value| **value > range * (1.0 + ROUNDING)).count();
-        // Where nearly all pixels agree, the quantile is 0 and the largest difference takes its place.
+        // If nearly all pixels agree, the quantile is 0, and the largest difference is used instead.
         let robust = quantile(&mut differences, RANGE_QUANTILE).unwrap_or(0.0);
         let largest = differences.last().copied().unwrap_or(0.0);
         let range = [robust, largest].into_iter().find(|value| *value > 0.0).map_or(1.0, round_up);
@@ -230,17 +230,17 @@ struct Table {
     columns: Vec<(u32, u32)>,
 }
 
-/// Where everything goes.
+/// Positions of all parts.
 struct Layout {
     style: Style,
     scale: Scales,
-    /// Factor by which pixels are magnified.
+    /// Magnification of pixels.
     zoom: u32,
     title: Vec<String>,
     captions_y: u32,
     panels: [Rect; 3],
     bar: Rect,
-    /// Numbers at the colour bar, from its top.
+    /// Numbers beside the colour bar, from its top.
     ticks: [String; 5],
     /// Unit above the colour bar.
     unit: String,
@@ -276,7 +276,7 @@ impl Layout {
         let right = bar_x + bar_width;
         let title = style.title.wrap(figure.title, right - style.margin);
         let captions_y = style.margin + title.len() as u32 * style.title.line_px() + if title.is_empty() { 0 } else { style.gap / 2 };
-        // The number at the top of the colour bar reaches above it by half a line, up to the unit.
+        // The number at the top of the colour bar extends above it by half a line, up to the unit.
         let panels_y = captions_y + style.caption.line_px() + style.note.line_px() / 2 + 2;
         let panels = x.map(|x| Rect { x, y: panels_y, width: panel_width, height: panel_height });
         let bar = Rect { x: bar_x, y: panels_y, width: style.bar, height: panel_height.max(LEAST_BAR_PX) };
@@ -308,7 +308,7 @@ impl Layout {
         })
     }
 
-    /// Columns under the panels if all rows fit into their width, else fewer and wider ones.
+    /// As many columns as there are panels if all rows fit into their width, otherwise fewer and wider ones.
     fn table(figure: &Figure, style: Style, y: u32, panels_x: &[u32; 3], right: u32) -> Option<Table> {
         if figure.metrics.is_empty() {
             return None;
@@ -318,7 +318,7 @@ impl Layout {
         let needed = figure.metrics.iter().map(needed).max().unwrap_or(0);
         let panel_width = panels_x[1] - panels_x[0] - style.gap;
         let columns: Vec<(u32, u32)> = if needed <= panel_width - style.gap {
-            // Values end short of the next column's names.
+            // Values end before the names of the next column.
             vec![(panels_x[0], panel_width - style.gap), (panels_x[1], panel_width - style.gap), (panels_x[2], right - panels_x[2])]
         } else if needed <= whole / 2 - style.gap {
             let width = whole / 2 - style.gap;
@@ -327,7 +327,7 @@ impl Layout {
             vec![(style.margin, whole)]
         };
         let rows = figure.metrics.len().div_ceil(columns.len());
-        // The leading between rows is part of each row; the last one does without.
+        // Each row includes the space to the next one; the last row does not need it.
         let text = rows as u32 * style.row_px() - (style.row_px() - style.note.line_px());
         Some(Table { y, height: 4 + style.gap + text, rows, columns })
     }

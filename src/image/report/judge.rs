@@ -1,46 +1,46 @@
-//! All the numbers that say how far one picture is from another, by name.
+//! All measures of the difference between two pictures, by name.
 //!
-//! One table, [`MEASURES`], names them: the command line's bounds, its tables and its figures are made from it.
+//! One table, [`MEASURES`], lists them; bounds, tables and figures of the command line are made from it.
 
 use crate::metrics::{
     DEFAULT_PIXELS_PER_DEGREE, Exposures, MetricError, Pair, RidgeSettings, Variances, bias, energy_ratio, flip_hdr, flip_ldr, luminance,
     mae, mse, psnr, quantile, rel_mse, ridge_error, ssim, z_test,
 };
 
-/// Share of the mean luminance of the reference that keeps relMSE finite where the reference is dark.
+/// The offset ε of relMSE, as a share of the reference's mean luminance: it keeps relMSE finite where the reference is dark.
 pub const REL_MSE_FLOOR: f64 = 0.01;
 
-/// Chance that a picture without any error has a value rejected by the z-test.
+/// Probability that the z-test rejects a value of a picture without any error.
 pub const Z_TEST_LEVEL: f64 = 0.01;
 
-/// Quantile of the reference's luminance that is shown as white where a measure asks for values from 0 to 1, and is the peak of PSNR.
+/// Quantile of the reference's luminance that becomes white for measures that need values from 0 to 1; it is also the peak of PSNR.
 const WHITE_QUANTILE: f64 = 0.99;
 
 /// Which values of a measure are good.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Better {
-    /// Small ones.
+    /// Small values.
     Less,
-    /// Large ones.
+    /// Large values.
     More,
-    /// Those near 1.
+    /// Values near 1.
     One,
-    /// Those near 0, of either sign.
+    /// Values near 0, of either sign.
     Zero,
 }
 
-/// A number by which pictures are compared.
+/// A measure by which pictures are compared.
 #[derive(Clone, Copy, Debug)]
 pub struct Measure {
     /// Name in bounds, tables and JSON.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// Description in one line.
     pub summary: &'static str,
     /// Which values are good.
     pub better: Better,
 }
 
-/// Every measure, in the order of tables.
+/// All measures, in the order of tables.
 pub const MEASURES: &[Measure] = &[
     Measure { name: "energy_ratio", summary: "light of the test over that of the reference", better: Better::One },
     Measure { name: "bias", summary: "mean difference, over the mean of the reference", better: Better::Zero },
@@ -64,14 +64,14 @@ pub const MEASURES: &[Measure] = &[
     },
 ];
 
-/// The measure of that name.
+/// The measure with this name.
 #[must_use]
 pub fn measure(name: &str) -> Option<&'static Measure> {
     MEASURES.iter().find(|measure| measure.name == name)
 }
 
 impl Measure {
-    /// Whether a value keeps within a bound: at most `bound` from the best value, or at least `bound` where more is better.
+    /// Whether a value keeps a bound: its distance from the best value is at most `bound`, or, if more is better, the value is at least `bound`.
     #[must_use]
     pub fn is_within(&self, value: f64, bound: f64) -> bool {
         match self.better {
@@ -83,29 +83,29 @@ impl Measure {
     }
 }
 
-/// What to compare.
+/// The pictures to compare, and what is known about them.
 #[derive(Clone, Copy, Debug)]
 pub struct Judged<'a> {
     /// The pictures.
     pub pair: Pair<'a>,
-    /// Area of surface per pixel, m²; `None` for equal areas.
+    /// Area of the surface that each pixel shows, m²; `None` for equal areas.
     pub areas_m2: Option<&'a [f32]>,
-    /// Variance of the reference's means; `None` for one without noise.
+    /// Variance of the reference's means; `None` for a reference without noise.
     pub variance: Option<&'a [[f32; 3]]>,
-    /// Whether values are display values from 0 to 1, not linear light.
+    /// Whether the values are display values from 0 to 1; otherwise they are linear light.
     pub display: bool,
 }
 
-/// A value, or why there is none.
+/// The value of a measure, or the reason why there is none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// Which measure.
+    /// Name of the measure.
     pub name: &'static str,
     /// Its value.
     pub value: Result<f64, MetricError>,
 }
 
-/// Compares by every measure that applies; those of noise only where the reference has a variance.
+/// Compares by every measure that applies. Measures of noise need a reference with a variance.
 #[must_use]
 pub fn judge(judged: &Judged<'_>) -> Vec<Verdict> {
     let pair = &judged.pair;
@@ -146,7 +146,7 @@ pub fn judge(judged: &Judged<'_>) -> Vec<Verdict> {
     verdicts
 }
 
-/// What noise of this variance adds to [`rel_mse`].
+/// The part of [`rel_mse`] that noise of this variance causes.
 fn noise(pair: &Pair<'_>, variance: &[[f32; 3]], epsilon: f64) -> f64 {
     let sum: f64 = pair
         .indices()
@@ -161,7 +161,7 @@ fn noise(pair: &Pair<'_>, variance: &[[f32; 3]], epsilon: f64) -> f64 {
     sum / (3.0 * pair.count() as f64)
 }
 
-/// A measure of display values: as they are, or linear light brought to 0 to 1 with one exposure.
+/// A measure of display values: unchanged, or linear light scaled to 0..1 with one exposure.
 fn shown(judged: &Judged<'_>, white: f64, value: impl Fn(&Pair<'_>) -> Result<f64, MetricError>) -> Result<f64, MetricError> {
     let pair = &judged.pair;
     if judged.display {

@@ -1,12 +1,12 @@
-//! Pictures that explain: comparisons and plots, as PNG bytes.
+//! Figures and plots for reports, as PNG bytes.
 //!
 //! - [`Figure`] shows reference, result and signed difference side by side, with a colour bar and a table of numbers.
-//! - [`judge()`] takes every measure of the table [`MEASURES`] of a pair of pictures.
+//! - [`judge()`] computes every measure of the table [`MEASURES`] for a pair of pictures.
 //! - [`Plot`] draws series of points on linear or logarithmic axes, with fitted power laws.
 //!
-//! In: data and words. Out: the bytes of an 8-bit sRGB PNG; whoever asks for them writes the file. The same input gives the same bytes on any
-//! number of threads: text is a bitmap font (`noto-sans-mono-bitmap`, from Noto Sans Mono under the SIL Open Font License), lines and markers
-//! are drawn by `tiny-skia`, and no time and no name goes into a file.
+//! In: data and words. Out: the bytes of an 8-bit sRGB PNG, which the caller writes to a file. The same input gives the same bytes on any number of
+//! threads: text is a bitmap font (`noto-sans-mono-bitmap`, from Noto Sans Mono under the SIL Open Font License), `tiny-skia` draws lines and
+//! markers, and files contain neither times nor names.
 //!
 //! Text may use Latin-1, such as `m²`, `µ`, `×` and `±`; other characters become a question mark.
 
@@ -27,20 +27,20 @@ pub use plot::{Plot, Scale, Series};
 /// Why a picture cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
-    /// The picture would be too large to hold, or too small for what it has to show.
+    /// The picture would be too large for memory, or too small for its contents.
     #[error("a picture of {width}x{height} pixels cannot be drawn; {allowed}")]
     Size {
-        /// Width needed or asked for, in pixels.
+        /// Width needed or requested, in pixels.
         width: u64,
-        /// Height needed or asked for, in pixels.
+        /// Height needed or requested, in pixels.
         height: u64,
-        /// What is allowed.
+        /// The allowed sizes.
         allowed: &'static str,
     },
-    /// There is nothing to plot.
+    /// No series has a point.
     #[error("no series has a point; a plot needs at least 1")]
     NoPoints,
-    /// A point has no place on its axes.
+    /// A point that its axes cannot show.
     #[error("series `{series}` has the point ({x}, {y}); coordinates must be finite, and above 0 on a logarithmic axis")]
     BadPoint {
         /// Name of the series.

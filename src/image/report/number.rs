@@ -1,8 +1,8 @@
-//! Numbers as people read them.
+//! Numbers as text for readers.
 
-/// A number with `digits` significant digits: plain from 0.001 to a million, else with an exponent, as in `1.23e-5`.
+/// A number with `digits` significant digits: plain from 0.001 to a million, otherwise with an exponent, as in `1.23e-5`.
 ///
-/// Zero is `0`; what is not finite is `inf`, `-inf` or `nan`. `digits` is at least 1.
+/// Zero is `0`; infinities and NaN are `inf`, `-inf` and `nan`. `digits` is at least 1.
 #[must_use]
 pub fn number(value: f64, digits: usize) -> String {
     if value == 0.0 {
@@ -11,7 +11,7 @@ pub fn number(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return if value.is_nan() { "nan".to_owned() } else { if value > 0.0 { "inf" } else { "-inf" }.to_owned() };
     }
-    // Rounding to so many digits may carry into the next decade, so the exponent is read off the rounded text.
+    // Rounding may carry into the next decade, so the exponent is taken from the rounded text.
     let scientific = format!("{value:.*e}", digits.max(1) - 1);
     let (_, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
@@ -23,7 +23,7 @@ pub fn number(value: f64, digits: usize) -> String {
     }
 }
 
-/// A number with at most `digits` significant digits and no zeros at its end.
+/// A number with at most `digits` significant digits and without trailing zeros.
 pub(super) fn short(value: f64, digits: usize) -> String {
     let text = number(value, digits);
     let (mantissa, exponent) = text.split_once('e').map_or((text.as_str(), String::new()), |(m, e)| (m, format!("e{e}")));
@@ -31,7 +31,7 @@ pub(super) fn short(value: f64, digits: usize) -> String {
     format!("{trimmed}{exponent}")
 }
 
-/// A value that exceeds another by no more than this share is taken for equal: sums of channels are not exact.
+/// Numbers whose relative difference is at most this are taken as equal: sums of channels are rounded.
 pub(super) const ROUNDING: f64 = 1.0e-9;
 
 /// A round number that is at least `value`, which is above 0: 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6 or 8 times a power of ten.

@@ -1,4 +1,4 @@
-//! Bitmap text: measuring, wrapping, cutting.
+//! Bitmap text: measures, wraps and cuts it.
 
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, RasterizedChar, get_raster, get_raster_width};
 
@@ -33,14 +33,14 @@ impl Font {
         get_raster_width(self.weight, self.height) as u32
     }
 
-    /// The picture of a character; a question mark for one that the font lacks.
+    /// The bitmap of a character; a question mark if the font lacks the character.
     pub(super) fn glyph(self, character: char) -> Option<RasterizedChar> {
-        // The font has spaces of one kind only.
+        // The font has only one kind of space.
         let character = if character == '\u{a0}' { ' ' } else { character };
         get_raster(character, self.weight, self.height).or_else(|| get_raster('?', self.weight, self.height))
     }
 
-    /// The text, or as much of its beginning as fits into `width_px`, followed by three dots.
+    /// The text if it fits into `width_px`; otherwise its beginning, followed by three dots.
     pub(super) fn cut(self, text: &str, width_px: u32) -> String {
         let room = (width_px / self.char_px()) as usize;
         if text.chars().count() <= room {
@@ -50,7 +50,7 @@ impl Font {
         kept.trim_end().chars().chain("...".chars().take(room)).collect()
     }
 
-    /// The text in lines of at most `width_px`, broken at spaces but not at no-break spaces; a longer word is cut.
+    /// The text in lines of at most `width_px`. Lines break at spaces but not at no-break spaces; a longer word is cut.
     pub(super) fn wrap(self, text: &str, width_px: u32) -> Vec<String> {
         let mut lines: Vec<String> = Vec::new();
         for word in text.split([' ', '\n']).filter(|word| !word.is_empty()) {

@@ -1,4 +1,4 @@
-//! What a shader can read beside its inputs: uniform and storage buffers, textures, samplers.
+//! Bindings: the uniform and storage buffers, textures and samplers that shaders read.
 
 use bytemuck::AnyBitPattern;
 
@@ -6,10 +6,10 @@ use crate::api::buffer::Buffer;
 use crate::api::sampler::Sampler;
 use crate::api::texture_view::TextureView;
 
-/// One bound thing.
+/// One bound resource.
 #[derive(Clone, Copy, Debug)]
 pub enum Binding<'a> {
-    /// A uniform buffer; `dynamic` adds the draw's dynamic offset. `size` is what one use of it sees.
+    /// A uniform buffer. A shader reads as many bytes from the offset on as its [`BindingKind`] says.
     Uniform {
         /// The bytes.
         buffer: &'a Buffer,
@@ -36,8 +36,8 @@ impl<'a> Binding<'a> {
 
 /// The bindings of a draw, by binding number. Default: none.
 ///
-/// The accessors panic if the binding is of another kind or too short: pass validation has compared
-/// every program's [`BindingKind`]s and sizes with what is bound, so a shader of a validated pass never sees that.
+/// The accessors panic if the binding is of another kind or too short. Pass validation compares every program's [`BindingKind`]s and sizes with the
+/// bound resources, so a shader of a validated pass never sees that.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Bindings<'a> {
     pub(crate) entries: &'a [Binding<'a>],
@@ -70,12 +70,12 @@ impl<'a> Bindings<'a> {
         Self { entries, dynamic_offset }
     }
 
-    /// Whether both are the same entries with the same dynamic offset.
+    /// Whether both have the same entries and the same dynamic offset.
     pub(crate) fn are_same(a: &Self, b: &Self) -> bool {
         std::ptr::eq(a.entries, b.entries) && a.dynamic_offset == b.dynamic_offset
     }
 
-    /// The struct at the start of a uniform binding.
+    /// The struct at the start of a uniform binding, from the binding's offset (plus the draw's, if dynamic) on.
     #[inline(always)]
     #[must_use]
     pub fn uniform<T: AnyBitPattern>(&self, binding: usize) -> &'a T {
@@ -87,7 +87,7 @@ impl<'a> Bindings<'a> {
             other => wrong_kind(binding, "uniform buffer", other),
         }
     }
-    /// The elements of a storage binding.
+    /// All whole elements of a storage binding.
     #[inline(always)]
     #[must_use]
     pub fn storage<T: AnyBitPattern>(&self, binding: usize) -> &'a [T] {

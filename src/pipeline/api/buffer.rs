@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// Sixteen bytes at a multiple of sixteen, the unit that buffers are made of, so that any Pod struct can be read in place.
+/// Sixteen bytes at an address that is a multiple of sixteen. Buffers are made of this unit, so any Pod struct can be read in place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C, align(16))]
 struct Word([u8; 16]);
@@ -23,7 +23,7 @@ impl Buffer {
         bytemuck::cast_slice_mut::<Word, u8>(&mut words)[..bytes.len()].copy_from_slice(bytes);
         Self { words, len: bytes.len() }
     }
-    /// So many plain structs, zero at first, which `fill` writes in place.
+    /// A buffer of `count` plain structs, zero at first, which `fill` writes in place.
     #[must_use]
     pub fn filled<T: Pod>(count: usize, fill: impl FnOnce(&mut [T])) -> Self {
         let len = count * size_of::<T>();

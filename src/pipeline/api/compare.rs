@@ -1,10 +1,10 @@
-//! Comparison functions, as depth, stencil and comparison sampling use them.
+//! Comparison functions of depth tests, stencil tests and comparison samplers.
 
 use nephroid_math::lanes::Lanes;
 
 use crate::api::state::CompareFunction;
 
-/// `a OP b`; false for NaN except `NotEqual` and `Always`.
+/// `a OP b`. If either is NaN: true for `NotEqual` and `Always`, false otherwise.
 #[inline(always)]
 #[must_use]
 pub fn compare(function: CompareFunction, a: f32, b: f32) -> bool {

@@ -1,4 +1,4 @@
-//! Draws: a pipeline, what its shaders read, and which vertices.
+//! Draws: a pipeline, its bindings and buffers, and a range of vertices and instances.
 
 use std::ops::Range;
 
@@ -29,7 +29,7 @@ impl IndexBuffer<'_> {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
-    /// An index; validation has checked the draw's range.
+    /// The index at a place. Validation has checked the draw's range.
     #[inline]
     pub(crate) fn get(&self, at: usize) -> u32 {
         let bytes = self.buffer.bytes();
@@ -61,7 +61,7 @@ pub struct VertexBuffer<'a> {
     pub offset: usize,
 }
 
-/// Draws that one task looks at, where there are many.
+/// Draws per parallel task, for passes with many draws.
 pub(crate) const DRAWS_PER_TASK: usize = 4096;
 
 /// One draw of a pass.
@@ -69,23 +69,23 @@ pub(crate) const DRAWS_PER_TASK: usize = 4096;
 pub struct Draw<'a> {
     /// Program and fixed state.
     pub pipeline: &'a RenderPipeline,
-    /// What the shaders read.
+    /// Resources that the shaders read.
     pub bindings: Bindings<'a>,
-    /// By slot of the pipeline's layouts.
+    /// Vertex buffers, by slot of the pipeline's layouts.
     pub vertex_buffers: &'a [VertexBuffer<'a>],
-    /// Index buffer, if indexed.
+    /// Index buffer; `None` for a draw without indices.
     pub index: Option<IndexBuffer<'a>>,
-    /// Vertices, or places in the index buffer.
+    /// Vertices; for an indexed draw, the range of the index buffer.
     pub vertices: Range<u32>,
     /// Added to every index.
     pub base_vertex: i32,
-    /// Instances.
+    /// Instances, from `instance_index` = start on.
     pub instances: Range<u32>,
-    /// Where clip space goes.
+    /// Viewport: the transform from clip space to pixels and depth.
     pub viewport: Viewport,
-    /// Pixels that may change.
+    /// Scissor: the pixels that may change.
     pub scissor: PixelRect,
-    /// Stencil reference; the low 8 bits count.
+    /// Stencil reference; only the low 8 bits are used.
     pub stencil_reference: u32,
     /// Blend constant.
     pub blend_constant: [f32; 4],
@@ -96,7 +96,7 @@ pub struct Draw<'a> {
 }
 
 impl<'a> Draw<'a> {
-    /// A draw of `elements` vertices over the whole of a target.
+    /// A draw of `elements` vertices with viewport and scissor over the whole target.
     #[must_use]
     pub fn new(pipeline: &'a RenderPipeline, bindings: Bindings<'a>, vertices: Range<u32>, size: (u32, u32)) -> Self {
         Self {

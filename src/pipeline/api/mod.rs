@@ -1,15 +1,15 @@
-//! What a user states: state, formats, textures, shaders, pipelines, draws and passes. Plain data, checked before anything is drawn.
+//! The interface of the pipeline: state, formats, textures, shaders, pipelines, draws and passes. Plain data, checked before anything is drawn.
 //!
 //! | Question | File |
 //! |---|---|
-//! | Which state is there, and what may a rasterizer choose? | `state.rs`, `rules.rs` |
-//! | What can a texel hold, and how is it kept? | `format/`, `surface.rs`, `texture_descriptor.rs`, `texture.rs`, `texture_view.rs` |
-//! | How does a shader read? | `buffer.rs`, `bindings.rs`, `sampler.rs`, `implicit_lod.rs` |
-//! | What is a shader? | [`shader`] |
-//! | What is a pipeline made from, and what does it work out? | `pipeline_descriptor.rs`, `render_pipeline.rs`, `resolved.rs` |
-//! | What is drawn? | `draw.rs`, `pass.rs` |
+//! | Which pipeline state exists, and what may a rasterizer choose? | `state.rs`, `rules.rs` |
+//! | What can a texel hold, and how is it stored? | `format/`, `surface.rs`, `texture_descriptor.rs`, `texture.rs`, `texture_view.rs` |
+//! | How does a shader read buffers and textures? | `buffer.rs`, `bindings.rs`, `sampler.rs`, `implicit_lod.rs` |
+//! | How are shaders written and run? | [`shader`] |
+//! | How is a pipeline described, and what is derived from the description? | `pipeline_descriptor.rs`, `render_pipeline.rs`, `resolved.rs` |
+//! | How are draws and passes described? | `draw.rs`, `pass.rs` |
 //! | What is refused, and why? | [`check`] |
-//! | What is counted and observed? | `statistics.rs`, `observer.rs` |
+//! | What can be counted and observed? | `statistics.rs`, `observer.rs` |
 
 pub(crate) mod bindings;
 pub(crate) mod buffer;

@@ -1,20 +1,20 @@
 //! The capture hook: sees every stage of a pass as it happens.
 //!
-//! With an observer a pass runs on one thread through the general path, in submission order per chunk and then per
-//! tile; the attachments come out the same. Without one nothing is recorded and nothing is paid.
+//! With an observer a pass runs on one thread through the general path, in submission order per chunk and then per tile. The attachments have the
+//! same bytes. Without an observer nothing is recorded, at no cost.
 
-/// What became of a primitive.
+/// Outcome of a primitive at the end of the geometry phase.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PrimitiveOutcome {
     /// Outside the view, or a coordinate is not a number.
     Rejected,
-    /// Faces the wrong way.
+    /// Culled by its facing.
     Culled,
     /// No area after snapping.
     ZeroArea,
     /// Covers no pixel centre inside the scissor.
     NoSamples,
-    /// Went on to rasterization, as one of the pieces that clipping made if `clipped`.
+    /// Went on to rasterization: whole, or as one of the pieces that clipping made if `clipped`.
     Rasterized {
         /// Clipping moved or added vertices.
         clipped: bool,
@@ -32,13 +32,13 @@ pub struct PrimitiveEvent {
     pub instance: u32,
     /// `primitive_index`.
     pub primitive_id: u32,
-    /// Snapped corners in 1/256 pixel, if it got that far. Unused corners repeat the last.
+    /// Snapped corners in 1/256 pixel; `None` if the primitive was rejected before snapping. Unused corners repeat the last.
     pub corners_fx: Option<[[i32; 2]; 3]>,
-    /// What became of it.
+    /// Its outcome.
     pub outcome: PrimitiveOutcome,
 }
 
-/// What became of a fragment.
+/// Outcome of a fragment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FragmentOutcome {
     /// Failed the stencil test.
@@ -47,7 +47,7 @@ pub enum FragmentOutcome {
     DepthFailed,
     /// The shader discarded it.
     Discarded,
-    /// Wrote what the masks let through.
+    /// Passed all tests: the write masks decide which channels change.
     Passed,
 }
 
@@ -56,7 +56,7 @@ pub enum FragmentOutcome {
 pub struct FragmentEvent {
     /// Draw of the pass.
     pub draw: u32,
-    /// `primitive_index`, if the program keeps it.
+    /// `primitive_index`, if the program keeps interpolation data; otherwise 0.
     pub primitive_id: u32,
     /// Column.
     pub x: u32,
@@ -64,17 +64,17 @@ pub struct FragmentEvent {
     pub y: u32,
     /// Depth that was tested, in 0..=1.
     pub depth: f32,
-    /// What became of it.
+    /// Its outcome.
     pub outcome: FragmentOutcome,
-    /// Stencil before.
+    /// Stencil before the fragment.
     pub stencil_before: u8,
-    /// Stencil after.
+    /// Stencil after the fragment.
     pub stencil_after: u8,
-    /// What the shader gave for target 0; zeros where it did not run, and for fragments it discarded.
+    /// The shader's output for target 0; zeros where the shader did not run, and for discarded fragments.
     pub shader_color: [f32; 4],
-    /// Target 0 before.
+    /// Target 0 before the fragment.
     pub color_before: [f32; 4],
-    /// Target 0 after.
+    /// Target 0 after the fragment.
     pub color_after: [f32; 4],
 }
 

@@ -1,4 +1,4 @@
-//! Passes: attachments, draws, and what is counted.
+//! Passes: attachments, draws and counters.
 
 use crate::api::draw::Draw;
 use crate::api::state::{Color, LoadOp};
@@ -7,15 +7,15 @@ use crate::api::texture_view::TextureViewMut;
 
 /// A colour attachment.
 pub struct ColorAttachment<'a> {
-    /// What is drawn to.
+    /// The surface that is drawn to.
     pub view: TextureViewMut<'a>,
-    /// What it holds before the first draw. Integer formats take the red number as an integer.
+    /// Value before the first draw: cleared or kept. Integer formats round each clear component toward zero and clamp it.
     pub load: LoadOp<Color>,
 }
 
 /// The depth-stencil attachment.
 pub struct DepthStencilAttachment<'a> {
-    /// What is drawn to.
+    /// The surface that is drawn to.
     pub view: TextureViewMut<'a>,
     /// Depth before the first draw.
     pub depth_load: LoadOp<f32>,
@@ -23,14 +23,14 @@ pub struct DepthStencilAttachment<'a> {
     pub stencil_load: LoadOp<u32>,
 }
 
-/// Where stream-out goes.
+/// Receives the primitives of draws with stream-out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StreamOutTarget {
     /// Per vertex: clip position (4), then the varyings' scalars.
     pub data: Vec<f32>,
-    /// Sizes in pixels of the points among the primitives.
+    /// Sizes of the streamed points, pixels, one for each.
     pub point_sizes: Vec<f32>,
-    /// Most floats that `data` may have; later primitives are counted but not written.
+    /// Most floats that `data` may hold. Primitives beyond are counted but not written.
     pub capacity: usize,
 }
 
@@ -39,27 +39,27 @@ pub struct StreamOutTarget {
 pub struct Pass<'a> {
     /// Name in errors.
     pub label: String,
-    /// Colour attachments; `None` for a hole.
+    /// Colour attachments by target; `None` for a target without one.
     pub color: Vec<Option<ColorAttachment<'a>>>,
-    /// Depth-stencil attachment.
+    /// Depth-stencil attachment, if any.
     pub depth_stencil: Option<DepthStencilAttachment<'a>>,
-    /// In submission order.
+    /// Draws in submission order.
     pub draws: Vec<Draw<'a>>,
-    /// Occlusion queries.
+    /// Number of occlusion queries.
     pub query_count: usize,
-    /// Stream-out targets.
+    /// Stream-out targets, by the number that draws name.
     pub stream_out: Vec<StreamOutTarget>,
 }
 
-/// What a pass counted.
+/// Counters of a pass.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PassOutput {
     /// Pipeline statistics of all draws.
     pub statistics: PipelineStatistics,
-    /// Exact number of fragments passed, per query.
+    /// By query: number of fragments that passed, exact.
     pub queries: Vec<u64>,
-    /// Per stream-out target.
+    /// By stream-out target.
     pub stream_out: Vec<StreamOutStatistics>,
-    /// Times that the tiles ran: the one number here that depends on the device.
+    /// Number of waves: how often the tiles ran. The only number here that depends on the device.
     pub waves: u32,
 }

@@ -1,4 +1,4 @@
-//! What a pipeline is made from.
+//! Descriptions of pipelines.
 
 use std::sync::Arc;
 
@@ -6,10 +6,10 @@ use crate::api::resolved::PrimitiveClass;
 use crate::api::shader::program::Program;
 use crate::api::state::{ColorTargetState, DepthStencilState, GeometryTopology, PrimitiveState, VertexBufferLayout};
 
-/// Widest line and largest point, in pixels.
+/// Largest width of lines and size of points, pixels.
 pub const MAX_POINT_SIZE: f32 = 1024.0;
 
-/// What a pipeline is made from.
+/// Description of a pipeline.
 ///
 /// WebGPU: [`GPURenderPipelineDescriptor`](https://www.w3.org/TR/webgpu/#dictdef-gpurenderpipelinedescriptor), with the geometry stage inside the
 /// program, and line width and stream-out beside it.
@@ -17,24 +17,24 @@ pub const MAX_POINT_SIZE: f32 = 1024.0;
 pub struct RenderPipelineDescriptor {
     /// Name in errors and captures.
     pub label: String,
-    /// The shaders.
+    /// The shaders, with what they read and what passes between them.
     pub program: Arc<Program>,
     /// How vertices become primitives. Default: triangle list, counter-clockwise front, no culling.
     pub primitive: PrimitiveState,
-    /// Depth and stencil; `None` without such an attachment. Default: none.
+    /// Depth and stencil state; `None` for passes without a depth-stencil attachment. Default: none.
     pub depth_stencil: Option<DepthStencilState>,
-    /// One per colour attachment of the pass; `None` for a hole. Default: none.
+    /// One state per colour attachment of the pass; `None` for a target that is not written. Default: none.
     pub targets: Vec<Option<ColorTargetState>>,
-    /// How vertex buffers are read. Default: none; the vertex shader reads storage by vertex index.
+    /// Layouts of the vertex buffers. Default: none; the vertex shader reads storage buffers by vertex index.
     pub vertex_buffers: Vec<VertexBufferLayout>,
-    /// Width of lines in pixels, 0 < width <= 1024. Default: 1.
+    /// Width of lines in pixels, above 0, at most [`MAX_POINT_SIZE`]. Default: 1.
     pub line_width: f32,
     /// Stop after stream-out: nothing is rasterized. Default: false.
     pub rasterizer_discard: bool,
 }
 
 impl RenderPipelineDescriptor {
-    /// A pipeline with default state.
+    /// A pipeline in which every state has its default.
     #[must_use]
     pub fn new(label: impl Into<String>, program: Arc<Program>) -> Self {
         Self {
@@ -49,7 +49,7 @@ impl RenderPipelineDescriptor {
         }
     }
 
-    /// Points, lines or triangles, after the geometry stage.
+    /// The class of primitives that is rasterized: that of the geometry stage, or without one that of the topology.
     pub(crate) fn rasterized(&self) -> PrimitiveClass {
         match self.program.geometry.as_ref().map(|g| g.output) {
             Some(GeometryTopology::Points) => PrimitiveClass::Points,

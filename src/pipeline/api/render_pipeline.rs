@@ -19,21 +19,21 @@ pub struct RenderPipeline {
     /// Scalars that leave the vertex stage.
     pub(crate) vertex_scalars: usize,
     pub(crate) locations: usize,
-    /// What is rasterized, after the geometry stage.
+    /// The class of primitives that is rasterized: that of the geometry stage if there is one.
     pub(crate) rasterized: PrimitiveClass,
     pub(crate) fragment: FragmentPlan,
     pub(crate) fast_path: FastPath,
-    /// A fragment that fails the depth test leaves no trace, and its depth is known before it is shaded.
+    /// Whether a fragment that fails the depth test changes nothing, and its depth is known before it is shaded.
     pub(crate) rejects_by_depth: bool,
-    /// Colour targets of which a fragment replaces every channel, whatever was there, bit = target.
+    /// Colour targets in which every fragment overwrites every channel, independent of the old value; bit = target.
     pub(crate) replaces: u8,
 }
 
 impl RenderPipeline {
-    /// Checks a description and works out what drawing needs.
+    /// Validates a description and derives the state that drawing needs.
     ///
     /// # Errors
-    /// With the first thing in the description that is not valid.
+    /// With the first problem found in the description.
     pub fn new(desc: RenderPipelineDescriptor, rules: RasterRules) -> Result<Self, PipelineError> {
         if let Some(problem) = problem(&desc, &rules) {
             return Err(PipelineError { label: desc.label, problem });
@@ -41,7 +41,7 @@ impl RenderPipeline {
         let program = desc.program.clone();
         let interpolation = flatten_varyings(&program.varyings);
         let vertex_scalars = program.geometry.as_ref().map_or(interpolation.len(), |g| flatten_varyings(&g.input_varyings).len());
-        // A target whose channels are all masked is as good as none: nothing is shaded for it.
+        // A target whose channels are all masked counts as none: nothing is shaded for it.
         let plan = |target: &Option<ColorTargetState>| {
             let state = target.as_ref().filter(|state| !state.write_mask.is_empty())?;
             Some(TargetPlan::new(state, format_info(state.format)?, rules.f16_rounding))
@@ -89,22 +89,22 @@ impl RenderPipeline {
         })
     }
 
-    /// The description it was made from.
+    /// The description that the pipeline was made from.
     #[must_use]
     pub fn desc(&self) -> &RenderPipelineDescriptor {
         &self.desc
     }
-    /// Points, lines or triangles, after the geometry stage.
+    /// The class of primitives that is rasterized: that of the geometry stage if there is one.
     #[must_use]
     pub fn rasterized(&self) -> PrimitiveClass {
         self.rasterized
     }
-    /// Floats per vertex that stream-out writes, see [`crate::StreamOutTarget`].
+    /// Floats per vertex that stream-out writes: clip position (4), then the varyings' scalars. See [`crate::StreamOutTarget`].
     #[must_use]
     pub fn stream_floats(&self) -> usize {
         4 + self.interpolation.len()
     }
-    /// The rules it rasterizes by.
+    /// The rasterization rules of the pipeline.
     #[must_use]
     pub fn rules(&self) -> RasterRules {
         self.rules

@@ -1,4 +1,4 @@
-//! Pipeline state as drawing needs it, worked out once per pipeline: depth and stencil, fragments, colour targets, shortcuts.
+//! State derived once per pipeline: depth and stencil, fragments, colour targets, and the fast path.
 
 use crate::api::format::facts::{ChannelKind, format_info};
 use crate::api::format::quantize::Quantizer;
@@ -6,7 +6,7 @@ use crate::api::state::{
     BlendFactor, BlendState, ColorWrites, CompareFunction, DepthStencilState, PrimitiveTopology, StencilFaceState, StencilOperation,
 };
 
-/// Points, lines or triangles.
+/// Class of primitives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PrimitiveClass {
     /// Point sprites.
@@ -18,7 +18,7 @@ pub enum PrimitiveClass {
 }
 
 impl PrimitiveClass {
-    /// What a topology makes of vertices.
+    /// The class of primitives that a topology forms.
     #[must_use]
     pub fn of(topology: PrimitiveTopology) -> Self {
         match topology {
@@ -27,7 +27,7 @@ impl PrimitiveClass {
             PrimitiveTopology::TriangleList | PrimitiveTopology::TriangleStrip => Self::Triangles,
         }
     }
-    /// Vertices of a primitive.
+    /// Number of vertices of a primitive: 1, 2 or 3.
     #[must_use]
     pub fn corners(self) -> usize {
         match self {
@@ -38,12 +38,12 @@ impl PrimitiveClass {
     }
 }
 
-/// Depth and stencil state, resolved.
+/// Depth and stencil state with its defaults filled in.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DepthPlan {
     pub compare: CompareFunction,
     pub write: bool,
-    /// What the depth plane holds, if there is one.
+    /// How the depth plane stores depth; `None` without one.
     pub kind: Option<ChannelKind>,
     pub stencil_front: StencilFaceState,
     pub stencil_back: StencilFaceState,
@@ -54,7 +54,7 @@ pub(crate) struct DepthPlan {
 }
 
 impl DepthPlan {
-    /// From a pipeline's state, which is valid; without any, depth and stencil are ignored.
+    /// From a pipeline's valid state; without any, depth and stencil are ignored.
     pub fn new(state: Option<&DepthStencilState>) -> Self {
         let keep = StencilFaceState::IGNORE;
         let Some(state) = state else {
@@ -85,7 +85,7 @@ impl DepthPlan {
     pub fn tests_depth(&self) -> bool {
         self.kind.is_some() && (self.write || self.compare != CompareFunction::Always)
     }
-    /// Depth is tested as 32-bit float, and the stencil does not change where the test fails, or its own test before it.
+    /// Whether depth is tested as a 32-bit float, and a fragment that fails its depth or stencil test leaves the stencil unchanged.
     pub(crate) fn fails_without_trace(&self) -> bool {
         let quiet = |face: &StencilFaceState| {
             (face.compare == CompareFunction::Always || face.fail_op == StencilOperation::Keep)
@@ -98,7 +98,7 @@ impl DepthPlan {
         let stencil = !self.stencil || (quiet(&self.stencil_front) && quiet(&self.stencil_back));
         orders && self.kind == Some(ChannelKind::Float32) && stencil
     }
-    /// The stencil is tested, and does not change where that test fails.
+    /// Whether both faces test the stencil, and a fragment that fails its stencil test leaves the stencil unchanged.
     pub fn stencil_rejects(&self) -> bool {
         let rejects = |face: &StencilFaceState| face.compare != CompareFunction::Always && face.fail_op == StencilOperation::Keep;
         self.stencil && rejects(&self.stencil_front) && rejects(&self.stencil_back)
@@ -128,22 +128,23 @@ pub(crate) struct FragmentPlan {
     pub merges: bool,
 }
 
-/// Everything about a colour target that a draw's blending needs, worked out once per pipeline.
+/// State of a colour target that blending needs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TargetPlan {
     pub channels: usize,
     pub blend: Option<BlendState>,
     pub write_mask: ColorWrites,
     pub(crate) quantizer: Quantizer,
-    /// Unorm targets clamp source and constant to 0..=1 before blending [D3D11.3 §17.5].
+    /// Whether source colour and blend constant are clamped to 0..=1 before blending, as for unorm formats [D3D11.3 §17.5].
     pub(crate) clamp: bool,
-    /// Plain additive f32: the sum of what was there and what the shader gave, in every channel.
+    /// Whether blending is plain addition in every channel of an f32 target: old value plus shader output.
     pub additive_f32: bool,
-    /// 32-bit targets that are not blended: what the shader gave, in every channel.
+    /// Whether the target is of 32 bits, not blended, and takes the shader's output in every channel.
     pub(crate) plain: bool,
 }
 
-/// How a fast path treats depth: `0` ignores it, `1` tests for what is in front, `2` tests and writes, `3` tests for what is behind.
+/// Depth modes of fast paths: ignored (`IGNORE`), tested for nearer fragments (`TEST`), tested and written (`WRITE`), tested for farther ones
+/// (`BEHIND`).
 pub(crate) const IGNORE: u8 = 0;
 
 pub(crate) const TEST: u8 = 1;
@@ -152,21 +153,21 @@ pub(crate) const WRITE: u8 = 2;
 
 pub(crate) const BEHIND: u8 = 3;
 
-/// Which shortcut a pipeline's draws take.
+/// The fast path that a pipeline's draws take.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum FastPath {
-    /// None.
+    /// No fast path: the general one.
     General,
-    /// Adds a colour to one f32 target and writes no depth; `one_color`: the same for all primitives of a draw that face the same way.
+    /// Adds a colour to one f32 target and writes no depth. `one_color`: all primitives of a draw with the same facing have the same colour.
     Add { channels: u8, depth: u8, strict: bool, one_color: bool },
-    /// Changes the stencil only; depth is not written.
+    /// Changes the stencil only; depth is tested but not written.
     Stencil { depth: u8, strict: bool },
     /// Tests and writes depth only.
     Depth { strict: bool },
 }
 
 impl FastPath {
-    /// The shortcut that does what a pipeline asks for.
+    /// The fast path that gives the same result as the general path for this state.
     pub fn of(plan: &DepthPlan, fragment: &FragmentPlan, targets: &[Option<TargetPlan>], has_varyings: bool) -> Self {
         let (depth, strict) = match (plan.compare, plan.write, plan.kind) {
             (CompareFunction::Always, false, _) => (IGNORE, false),

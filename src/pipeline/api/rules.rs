@@ -1,6 +1,6 @@
-//! What a rasterizer is free to choose, as data.
+//! Rasterization rules: the freedoms that specifications leave to a rasterizer, as data.
 
-/// What a rasterizer is free to choose, as data. The presets say what known devices choose; `REFERENCE` is ours.
+/// The freedoms that specifications leave to a rasterizer, as data. Presets hold the choices of known rasterizers; `REFERENCE` is ours.
 ///
 /// Sources for the presets: measurements of Mesa 25.0.7 (llvmpipe) and SwiftShader 5.0; the reasons are in `docs/architecture.md`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,23 +9,23 @@ pub struct RasterRules {
     pub subpixel_bits: u8,
     /// How framebuffer coordinates are computed before they are rounded. Default: `MulAdd`.
     pub viewport: ViewportArithmetic,
-    /// What is cut away before rasterization. Default: `GuardBand`.
+    /// How far primitives are clipped before rasterization. Default: `GuardBand`.
     pub clip_volume: ClipVolume,
-    /// How a new vertex on a clip plane is computed. Default: `InsideToOutside`.
+    /// How the position of a new vertex on a clip plane is computed. Default: `InsideToOutside`.
     pub clip_arithmetic: ClipArithmetic,
     /// How depth is interpolated. Default: `Reference`.
     pub depth_plane: DepthPlane,
-    /// Which coordinates attributes are interpolated from. Default: `Snapped`.
+    /// Whether attributes are interpolated from snapped positions. Default: `Snapped`.
     pub setup_from: SetupFrom,
-    /// Where the corners of a wide line come from. Default: `UnsnappedEnds`.
+    /// Which ends the corners of a wide line are offset from. Default: `UnsnappedEnds`.
     pub line_corners: LineCorners,
     /// How float targets of 16, 11 and 10 bits round. Default: `NearestEven`.
     pub f16_rounding: F16Rounding,
-    /// How depth becomes an integer of b bits, and how large the unit of constant bias is there. Default: `NearestUp`.
+    /// How depth is converted to a b-bit integer, and the size of the unit of constant bias. Default: `NearestUp`.
     pub unorm_depth: UnormDepth,
 }
 
-/// How framebuffer coordinates follow from clip coordinates; `n = c · (1/w)`.
+/// Arithmetic from clip coordinates to framebuffer coordinates; `n = c · (1/w)`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ViewportArithmetic {
     /// `n·scale + translate`, rounded twice.
@@ -36,28 +36,28 @@ pub enum ViewportArithmetic {
     Prescaled,
 }
 
-/// What is cut away geometrically; the rest is left to the scissor.
+/// Planes that primitives are clipped against geometrically; the scissor limits the pixels beyond.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClipVolume {
-    /// Near, far and `w > 0`, and x and y only beyond 2^15 pixels [D3D11.3 §3.4.1].
+    /// Near, far and `w > 0`; x and y only beyond 2^15 pixels [D3D11.3 §3.4.1].
     GuardBand,
     /// The exact view frustum, x and y included. llvmpipe, SwiftShader.
     Frustum,
 }
 
-/// How a vertex on a clip plane follows from the two it lies between; `d` is the signed distance, inside positive.
+/// Arithmetic of a new vertex on a clip plane, from the two ends of its edge; `d` is the signed distance, inside positive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClipArithmetic {
     /// `t = d_in/(d_in − d_out)`, `v = in + t·(out − in)`, in f64, rounded once.
     InsideToOutside,
-    /// The same, starting from whichever end is nearer to the plane; plane order −x, +x, −y, +y, near, far. llvmpipe.
+    /// The same interpolation, starting from whichever end is nearer to the plane; plane order −x, +x, −y, +y, near, far. llvmpipe.
     NearestEndpoint,
     /// `v = (d_out·in − d_in·out)/(d_out − d_in)` with the clipped coordinate put on the plane; plane order near,
     /// far, −x, +x, +y, −y. SwiftShader.
     OntoPlane,
 }
 
-/// How depth at a pixel centre follows from the vertices.
+/// Arithmetic of depth at a pixel centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DepthPlane {
     /// Gradients in f64 from snapped vertices, rounded to f32; anchored at the pixel that holds vertex 0;
@@ -71,34 +71,34 @@ pub enum DepthPlane {
     SwiftShader,
 }
 
-/// Which coordinates attributes are interpolated from.
+/// Positions that attributes are interpolated from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SetupFrom {
-    /// The snapped ones [D3D11.3 §15.16.2].
+    /// Snapped positions [D3D11.3 §15.16.2].
     Snapped,
-    /// The ones before snapping. llvmpipe.
+    /// Positions before snapping. llvmpipe.
     Unsnapped,
 }
 
-/// Where the corners of a wide line come from; they are snapped after the offset.
+/// Ends that the corners of a wide line are offset from. The corners are snapped after the offset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineCorners {
-    /// Offsets from the ends before snapping.
+    /// The ends before snapping.
     UnsnappedEnds,
-    /// Offsets from the snapped ends. llvmpipe.
+    /// The snapped ends. llvmpipe.
     SnappedEnds,
 }
 
-/// How f32 becomes a float of 16, 11 or 10 bits.
+/// Rounding from f32 to floats of 16, 11 or 10 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum F16Rounding {
-    /// Nearest, ties to even; overflow to infinity. SwiftShader (which makes not-a-number of most overflows), most GPUs.
+    /// To nearest, ties to even; overflow becomes infinity. SwiftShader (where most overflows become NaN), most GPUs.
     NearestEven,
-    /// Toward zero; overflow to the largest finite number [D3D11.3 §3.2.2]. llvmpipe.
+    /// Toward zero; overflow becomes the largest finite number [D3D11.3 §3.2.2]. llvmpipe.
     TowardZero,
 }
 
-/// How depth becomes an integer of b bits, and the unit of its constant bias.
+/// Conversion of depth to an integer of b bits, and the unit of constant depth bias.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnormDepth {
     /// `⌊z·(2^b − 1) + 0.5⌋` with no rounding on the way [D3D11.3 §3.2.3.6]; unit `1/(2^b − 1)`.
@@ -110,7 +110,7 @@ pub enum UnormDepth {
 }
 
 impl RasterRules {
-    /// Our own: D3D11.3's rules with every freedom taken the most accurate way.
+    /// The reference: D3D11.3's rules, each freedom resolved in the most accurate way.
     pub const REFERENCE: Self = Self {
         subpixel_bits: 8,
         viewport: ViewportArithmetic::MulAdd,

@@ -1,10 +1,10 @@
-//! Samplers: how a texture is read between texels, beyond its edges and between mip levels.
+//! Samplers: filtering between texels and mip levels, and addressing beyond the edges of a texture.
 //!
-//! The definition is scalar, lane by lane. What most shaders ask for, linear filtering of a 2D texture without mips and clamped to its edge, computes
-//! its places and weights for all lanes together and only gathers lane by lane ([`bilinear`]); the bits are the same.
-//! Integer textures are read at the nearest texel of the nearest level whatever the sampler says: bit patterns have no mean, and WGSL does not
-//! sample them at all, only `textureLoad`, which is [`load`] here.
-//! Weights are f32 without the 8-bit rounding that GPUs apply (`subTexelPrecisionBits`), so linear filtering is exact here and within 2^-8 there.
+//! The scalar code, lane by lane, is the definition. The most frequent case (linear filtering of a 2D texture without mips, clamped to its edge)
+//! computes texel indices and weights for all lanes together and gathers lane by lane ([`bilinear`]), with the same bits. Integer textures are read
+//! at the nearest texel of the nearest level, whatever the sampler says: bit patterns have no mean, and WGSL reads integer textures with
+//! `textureLoad` only, which is [`load`] here. Weights are f32, without the rounding to 8 bits that GPUs apply (`subTexelPrecisionBits`): linear
+//! filtering is exact here and within 2^-8 on GPUs.
 
 pub use wgpu_types::{AddressMode, FilterMode};
 
@@ -23,17 +23,17 @@ use crate::api::texture_view::TextureView;
 /// WebGPU: [`GPUSamplerDescriptor`](https://www.w3.org/TR/webgpu/#dictdef-gpusamplerdescriptor). Clamp to border is not offered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampler {
-    /// Beyond 0..=1, per axis. Default: clamp to edge.
+    /// Addressing of coordinates outside of 0..=1, per axis. Default: clamp to edge.
     pub address_mode: [AddressMode; 3],
-    /// Where a texel covers more than a pixel. Default: nearest.
+    /// Filter for magnification, where a texel covers more than a pixel. Default: nearest.
     pub mag_filter: FilterMode,
-    /// Where a pixel covers more than a texel. Default: nearest.
+    /// Filter for minification, where a pixel covers more than a texel. Default: nearest.
     pub min_filter: FilterMode,
-    /// Between mip levels. Default: nearest.
+    /// Filter between mip levels. Default: nearest.
     pub mipmap_filter: FilterMode,
-    /// Least level of detail. Default: 0.
+    /// Least level of detail, finite, 0 or more. Default: 0.
     pub lod_min_clamp: f32,
-    /// Greatest level of detail. Default: 32.
+    /// Greatest level of detail, finite, at least `lod_min_clamp`. Default: 32.
     pub lod_max_clamp: f32,
     /// For comparison sampling: `reference OP texel`. Default: none.
     pub compare: Option<CompareFunction>,
@@ -54,7 +54,7 @@ impl Default for Sampler {
 }
 
 impl Sampler {
-    /// Linear in the image, linear between levels, with the given behaviour at the edges.
+    /// Linear filtering within and between levels, with the given addressing on all axes.
     #[must_use]
     pub fn linear(address_mode: AddressMode) -> Self {
         Self {
@@ -72,7 +72,7 @@ impl Sampler {
     }
 }
 
-/// Index of a texel beyond the edge, brought back inside `0..size`.
+/// The texel inside `0..size` that a texel index beyond the edge reads.
 fn wrap(mode: AddressMode, index: i64, size: i64) -> u32 {
     (match mode {
         AddressMode::Repeat => index.rem_euclid(size),
@@ -84,14 +84,14 @@ fn wrap(mode: AddressMode, index: i64, size: i64) -> u32 {
     }) as u32
 }
 
-/// The one or two texels that an axis reads and the weight of the second.
+/// The one or two texels read along an axis, and the weight of the second.
 struct AxisTaps {
     texel: [u32; 2],
     weight: f32,
 }
 
 fn axis_taps(filter: FilterMode, mode: AddressMode, coordinate: f32, size: u32) -> AxisTaps {
-    // A coordinate that is no number, or beyond any texture, reads an edge instead of overflowing.
+    // NaN and very large coordinates read an edge texel instead of overflowing.
     let scaled = (coordinate * size as f32).clamp(-1.0e9, 1.0e9);
     let scaled = if scaled.is_nan() { 0.0 } else { scaled };
     match filter {
@@ -107,7 +107,7 @@ fn axis_taps(filter: FilterMode, mode: AddressMode, coordinate: f32, size: u32) 
     }
 }
 
-/// Where to read: image coordinates, layer (or third coordinate of a volume).
+/// Position of a sample: coordinates in the image, and the layer (or the third coordinate of a volume).
 #[derive(Clone, Copy)]
 struct Site {
     u: f32,
@@ -120,7 +120,7 @@ fn lerp(a: f32, b: f32, t: f32) -> f32 {
     a + (b - a) * t
 }
 
-/// Filters one level; `read` turns a texel into what is filtered.
+/// Filters one level; `read` converts each texel to the values that are filtered.
 fn sample_one_level(
     texture: &TextureView<'_>,
     sampler: &Sampler,
@@ -149,7 +149,7 @@ fn sample_one_level(
     std::array::from_fn(|i| lerp(near[i], far[i], z.weight))
 }
 
-/// Filters between levels as well.
+/// Filters within and between levels.
 fn sample_site(texture: &TextureView<'_>, sampler: &Sampler, site: Site, lod: f32, read: &dyn Fn([f32; 4]) -> [f32; 4]) -> [f32; 4] {
     let last = texture.mip_level_count() - 1;
     let lod = if lod.is_nan() { 0.0 } else { lod };
@@ -170,7 +170,7 @@ fn sample_site(texture: &TextureView<'_>, sampler: &Sampler, site: Site, lod: f3
     std::array::from_fn(|i| lerp(fine[i], coarse[i], lod - base))
 }
 
-/// Face and face coordinates of a direction, by the table of the WebGPU and Vulkan specifications.
+/// Cube face of a direction and coordinates on that face, by the table of the WebGPU and Vulkan specifications.
 fn cube_site(direction: [f32; 3]) -> Site {
     let [x, y, z] = direction;
     let (ax, ay, az) = (x.abs(), y.abs(), z.abs());
@@ -200,7 +200,7 @@ fn gather<L: Lanes>(token: L::Token, mut f: impl FnMut(usize) -> [f32; 4]) -> V4
     )
 }
 
-/// Whether [`bilinear`] does what the sampler asks of the texture.
+/// Whether [`bilinear`] gives the sampler's result for this texture.
 #[inline(always)]
 fn is_bilinear(texture: &TextureView<'_>, sampler: &Sampler) -> bool {
     let linear = sampler.mag_filter == FilterMode::Linear && sampler.min_filter == FilterMode::Linear;
@@ -210,7 +210,7 @@ fn is_bilinear(texture: &TextureView<'_>, sampler: &Sampler) -> bool {
     linear && clamped && plain && !matches!(kind, ChannelKind::UnormDepth(_)) && !kind.is_integer()
 }
 
-/// The texels that an axis reads, per lane, and the weight of the second.
+/// The two texels read along an axis, per lane, and the weight of the second.
 #[inline(always)]
 fn linear_taps<L: Lanes>(coordinate: L, size: u32) -> (L, L, L) {
     let scaled = coordinate * size as f32;
@@ -220,7 +220,7 @@ fn linear_taps<L: Lanes>(coordinate: L, size: u32) -> (L, L, L) {
     (Lanes::clamp(base, 0.0, last), Lanes::clamp(base + 1.0, 0.0, last), scaled - 0.5 - base)
 }
 
-/// The 2x2 texels around each lane's place, per channel, and the weights of the right and of the lower ones.
+/// The 2x2 texels around each lane's position, per channel, and the weights of the right column and of the lower row.
 struct Footprint<L> {
     /// `[channel][upper left, upper right, lower left, lower right]`
     texels: [[L; 4]; 4],
@@ -228,7 +228,7 @@ struct Footprint<L> {
     lower: L,
 }
 
-/// Reads the texels of a surface with this many channels or more.
+/// Reads the texels of a surface with at least `CHANNELS` channels.
 #[inline(always)]
 fn footprint<L: Lanes, const CHANNELS: usize>(surface: &Surface, uv: V2<L>) -> Footprint<L> {
     let token = uv.x.token();
@@ -283,7 +283,7 @@ fn bilinear<L: Lanes>(texture: &TextureView<'_>, uv: V2<L>, layer: u32) -> V4<L>
     v4(out[0], out[1], out[2], out[3])
 }
 
-/// A 2D texture (or one layer of it) at `uv` and level of detail `lod`.
+/// Samples a 2D texture (or one layer of it) at `uv` and level of detail `lod`.
 #[inline(always)]
 pub fn sample_level<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, uv: V2<L>, layer: u32, lod: L) -> V4<L> {
     if is_bilinear(texture, sampler) {
@@ -306,14 +306,14 @@ pub fn level_of_detail<L: Lanes>(texture: &TextureView<'_>, ddx: V2<L>, ddy: V2<
     rho_squared.map(|r| if r > 0.0 { 0.5 * libm::log2f(r) } else { -32.0 })
 }
 
-/// A 2D texture with the [`level_of_detail`] that the derivatives of `uv` per pixel give [WGSL `textureSampleGrad`]. From the varyings of a fragment,
-/// [`FragmentInput::sample`](crate::shader::FragmentInput::sample) takes the derivatives itself.
+/// Samples a 2D texture at `uv` and the [`level_of_detail`] that its derivatives per pixel give [WGSL `textureSampleGrad`]. For varyings,
+/// [`FragmentInput::sample`](crate::shader::FragmentInput::sample) computes the derivatives.
 #[inline(always)]
 pub fn sample_grad<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, uv: V2<L>, layer: u32, ddx: V2<L>, ddy: V2<L>) -> V4<L> {
     sample_level(texture, sampler, uv, layer, level_of_detail(texture, ddx, ddy))
 }
 
-/// A cube map in a direction (any length) at level of detail `lod`. Filtering stays within a face.
+/// Samples a cube map in a direction (of any length) at level of detail `lod`. Filtering stays within a face.
 #[inline(always)]
 pub fn sample_cube<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, direction: V3<L>, lod: L) -> V4<L> {
     gather(lod.token(), |i| {
@@ -322,7 +322,7 @@ pub fn sample_cube<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, direc
     })
 }
 
-/// A volume at `uvw` and level of detail `lod`.
+/// Samples a volume at `uvw` and level of detail `lod`.
 #[inline(always)]
 pub fn sample_3d<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, uvw: V3<L>, lod: L) -> V4<L> {
     gather(lod.token(), |i| {
@@ -331,7 +331,7 @@ pub fn sample_3d<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, uvw: V3
     })
 }
 
-/// Share of the filtered texels that `reference` passes against, in 0..=1, at level 0.
+/// Filtered result of the comparison `reference OP texel` at level 0, in 0..=1: the weight of the texels that pass.
 ///
 /// `sampler.compare` must be set; without it every texel passes.
 #[inline(always)]
@@ -347,7 +347,7 @@ pub fn sample_compare<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, uv
     }
     L::from_fn(reference.token(), |i| {
         let site = Site { u: uv.x.lane(i), v: uv.y.lane(i), w: 0.0, layer };
-        // A unorm texture holds nothing outside 0..=1, and neither does what is compared with it [Vulkan spec, depth compare operation].
+        // Values of a unorm texture are in 0..=1, so the reference is clamped to that range, too [Vulkan spec, depth compare operation].
         let unorm = matches!(texture.info().kind, ChannelKind::UnormDepth(_));
         let depth = if unorm { reference.lane(i).clamp(0.0, 1.0) } else { reference.lane(i) };
         let passes = |texel: [f32; 4]| [f32::from(u8::from(compare(function, depth, texel[0]))), 0.0, 0.0, 0.0];
@@ -355,7 +355,7 @@ pub fn sample_compare<L: Lanes>(texture: &TextureView<'_>, sampler: &Sampler, uv
     })
 }
 
-/// Texel at integer coordinates; outside the texture all zeros [WebGPU robust access].
+/// Texel at integer coordinates; zeros outside of the texture [WebGPU robust access].
 #[inline(always)]
 pub fn load<L: Lanes>(texture: &TextureView<'_>, x: L, y: L, layer: u32, level: u32) -> V4<L> {
     let surface = texture.surface(level, layer);

@@ -1,4 +1,4 @@
-//! Pipeline state: the types of `wgpu-types` as they are, and the few things that WebGPU lacks.
+//! Pipeline state: the types of `wgpu-types`, and the few that WebGPU lacks.
 
 pub use wgpu_types::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState,
@@ -6,14 +6,14 @@ pub use wgpu_types::{
     StencilOperation, StencilState, TextureFormat, VertexAttribute, VertexFormat, VertexStepMode,
 };
 
-/// One times the source plus one times what is there.
+/// Blending that adds: `1·source + 1·destination`.
 pub const ADD: BlendComponent =
     BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
 
-/// [`ADD`] for colour and alpha: every fragment adds to its pixel.
+/// [`ADD`] for colour and alpha: every fragment adds its output to the pixel.
 pub const ADDITIVE: BlendState = BlendState { color: ADD, alpha: ADD };
 
-/// Tests depth with `compare` and writes the depth of what passes; no stencil, no bias.
+/// Depth state that tests with `compare` and writes the depth of fragments that pass; no stencil, no bias.
 #[must_use]
 pub fn depth_test(format: TextureFormat, compare: CompareFunction) -> DepthStencilState {
     DepthStencilState {
@@ -28,10 +28,10 @@ pub fn depth_test(format: TextureFormat, compare: CompareFunction) -> DepthStenc
 /// Most colour targets of a pass. WebGPU's `maxColorAttachments` default.
 pub const MAX_COLOR_TARGETS: usize = 8;
 
-/// Most scalars a vertex hands to the next stage, beside position and point size (16 vectors of four).
+/// Most scalars that a vertex passes to the next stage, besides position and point size (16 vectors of four).
 pub const MAX_VARYINGS: usize = 64;
 
-/// Which part of framebuffer and depth range a draw maps to. `x`, `y` and the size are in pixels, y down.
+/// The region of the framebuffer and the depth range that a draw is mapped to. `x`, `y` and the size are in pixels, y down.
 ///
 /// WebGPU: [`setViewport`](https://www.w3.org/TR/webgpu/#dom-gpurenderpassencoder-setviewport).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,7 +77,7 @@ impl PixelRect {
     pub fn full(width: u32, height: u32) -> Self {
         Self { x0: 0, y0: 0, x1: width, y1: height }
     }
-    /// The pixels that are in both.
+    /// The pixels that are in both rectangles.
     #[must_use]
     pub fn intersect(self, other: Self) -> Self {
         let x0 = self.x0.max(other.x0);
@@ -95,12 +95,12 @@ pub struct VertexBufferLayout {
     pub array_stride: u64,
     /// Advance per vertex or per instance. Default: per vertex.
     pub step_mode: VertexStepMode,
-    /// What is read from each element; `shader_location` is the attribute's place in `VertexInput::attributes`.
+    /// The attributes read from each element; `shader_location` is the index in `VertexInput::attributes`.
     pub attributes: Vec<VertexAttribute>,
 }
 
 impl VertexBufferLayout {
-    /// One element per vertex, made of these attributes without gaps: the first is at byte 0 and shader location 0, the next follow.
+    /// A layout with one element per vertex and these attributes without gaps: the first at byte 0 and shader location 0, the others following it.
     #[must_use]
     pub fn packed(formats: &[VertexFormat]) -> Self {
         let mut array_stride = 0;
@@ -113,13 +113,13 @@ impl VertexBufferLayout {
     }
 }
 
-/// What the geometry stage hands on.
+/// The kind of primitives that a geometry stage emits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GeometryTopology {
     /// Every vertex is a point.
     Points,
-    /// A connected line until the primitive is ended.
+    /// A connected line until the strip is ended.
     LineStrip,
-    /// A triangle strip until the primitive is ended; winding alternates as in WebGPU's strips.
+    /// A triangle strip until the strip is ended; winding alternates as in WebGPU's strips.
     TriangleStrip,
 }

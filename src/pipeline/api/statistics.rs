@@ -1,23 +1,23 @@
-//! Counters along the way. All are exact and independent of threads and SIMD level.
+//! Counters of a pass. All are exact and independent of threads and SIMD level.
 
 /// Pipeline statistics of a pass.
 ///
-/// The first six are those of WebGPU's and Vulkan's pipeline-statistics queries; the rest say why nothing is visible.
+/// The first six are the counters of WebGPU's and Vulkan's pipeline-statistics queries; the others tell why primitives or fragments are not visible.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PipelineStatistics {
     /// Vertices shaded. Repeated indices within a chunk are shaded once.
     pub vertex_shader_invocations: u64,
-    /// Primitives given to the geometry stage.
+    /// Primitives that entered the geometry stage.
     pub geometry_shader_invocations: u64,
-    /// Primitives the geometry stage made.
+    /// Primitives that the geometry stage emitted.
     pub geometry_shader_primitives: u64,
     /// Primitives that reached clipping.
     pub clipper_invocations: u64,
     /// Primitives that left clipping.
     pub clipper_primitives_out: u64,
-    /// Fragments shaded, without helper lanes. A primitive with one colour counts all its fragments.
+    /// Fragments shaded, without helper lanes. For a primitive of one colour all its fragments are counted.
     pub fragment_shader_invocations: u64,
-    /// Primitives outside the view, or with a coordinate that is not a number.
+    /// Primitives outside the view, or with a coordinate that is NaN or infinite.
     pub primitives_rejected: u64,
     /// Triangles culled by facing.
     pub primitives_culled: u64,
@@ -48,7 +48,7 @@ impl PipelineStatistics {
         ]
     }
 
-    /// Adds another pass's or worker's counts.
+    /// Adds the counters of another pass or worker.
     pub fn add(&mut self, other: &Self) {
         self.vertex_shader_invocations += other.vertex_shader_invocations;
         self.geometry_shader_invocations += other.geometry_shader_invocations;
@@ -64,11 +64,11 @@ impl PipelineStatistics {
     }
 }
 
-/// What a draw with stream-out wrote [D3D11.3 §14.5].
+/// Counters of a draw with stream-out [D3D11.3 §14.5].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StreamOutStatistics {
-    /// Primitives written. Only whole primitives are.
+    /// Primitives written. A primitive is written whole or not at all.
     pub primitives_written: u64,
-    /// Primitives that would have been written to a buffer without end.
+    /// Primitives that a buffer of unlimited size would have received.
     pub primitive_storage_needed: u64,
 }

@@ -1,11 +1,12 @@
-//! Surfaces: pixels are kept as 64x64 tiles of planar f32, in the order in which the rasterizer walks them.
+//! Surfaces: pixels stored as 64x64 tiles of planar f32, in the order in which the rasterizer visits them.
 //!
-//! A *surface* is one layer of one mip level. Its tiles follow each other row by row; a tile holds, per channel, 4096
-//! numbers: sixteen 16x16 regions row by row, each of sixteen 4x4 blocks row by row, each of 16 pixels row by row. So
-//! a block is one 64-byte line, a region one kilobyte and a tile's channel 16 KiB, and the worker that owns a tile works in place on a contiguous
-//! slice: there is no load or store conversion, and flushing a pass in waves costs nothing. The road not taken, keeping each
-//! format's own bytes in rows, needs a conversion on each tile load and store and a gather for each block read by a shader.
-//! The price is memory: an 8-bit channel takes four bytes, and sizes round up to whole tiles.
+//! A *surface* is one layer of one mip level. Its tiles follow each other row by row. A tile holds 4096 numbers per channel: sixteen 16x16 regions
+//! row by row, each of sixteen 4x4 blocks row by row, each of 16 pixels row by row. A block is one 64-byte cache line, a region one kilobyte and a
+//! tile's channel 16 KiB. The worker that owns a tile works in place on a contiguous slice: tiles are loaded and stored without conversion, and
+//! flushing a pass in waves costs nothing.
+//!
+//! Road not taken: keeping each format's own bytes in rows. It needs a conversion on each load and store of a tile, and a gather for each block that
+//! a shader reads. The price of tiles is memory: an 8-bit channel takes four bytes, and sizes are rounded up to whole tiles.
 
 use nephroid_math::lanes::Lanes;
 
@@ -17,7 +18,7 @@ pub const TILE: usize = 64;
 /// Pixels in a tile.
 pub const TILE_PIXELS: usize = TILE * TILE;
 
-/// Place of a pixel inside its tile's plane; `x` and `y` are taken modulo 64.
+/// Index of a pixel in its tile's plane; `x` and `y` are taken modulo 64.
 #[inline(always)]
 #[must_use]
 pub fn offset_in_tile(x: usize, y: usize) -> usize {
@@ -63,26 +64,26 @@ impl Surface {
         self.tiles_x * self.height.div_ceil(64) as usize
     }
 
-    /// Place of a texel's channel 0 in `planes`; channel `c` is `c·4096` further on.
+    /// Index of a texel's channel 0 in `planes`; channel `c` is `c·4096` numbers further on.
     #[inline(always)]
     #[must_use]
     pub fn plane_index(&self, x: usize, y: usize) -> usize {
         self.row_index(y) + self.column_index(x)
     }
 
-    /// The part of [`Self::plane_index`] that the row gives.
+    /// The row's term of [`Self::plane_index`].
     #[inline(always)]
     fn row_index(&self, y: usize) -> usize {
         (y >> 6) * (self.tiles_x * self.channels * TILE_PIXELS) + offset_in_tile(0, y)
     }
 
-    /// The part of [`Self::plane_index`] that the column gives.
+    /// The column's term of [`Self::plane_index`].
     #[inline(always)]
     fn column_index(&self, x: usize) -> usize {
         (x >> 6) * (self.channels * TILE_PIXELS) + offset_in_tile(x, 0)
     }
 
-    /// What the rows of lanes give to [`Self::plane_index`].
+    /// The terms of [`Self::plane_index`] for the rows in the lanes.
     #[inline(always)]
     pub(crate) fn row_indices<L: Lanes>(&self, y: L) -> [i32; 16] {
         let mut rows = y.to_i32();
@@ -92,7 +93,7 @@ impl Surface {
         rows
     }
 
-    /// What the columns of lanes give to [`Self::plane_index`].
+    /// The terms of [`Self::plane_index`] for the columns in the lanes.
     #[inline(always)]
     pub(crate) fn column_indices<L: Lanes>(&self, x: L) -> [i32; 16] {
         let mut columns = x.to_i32();
@@ -102,14 +103,14 @@ impl Surface {
         columns
     }
 
-    /// One number of a texel inside the surface.
+    /// One channel of a texel inside the surface.
     #[inline(always)]
     #[must_use]
     pub fn get(&self, x: u32, y: u32, channel: usize) -> f32 {
         self.planes[self.plane_index(x as usize, y as usize) + channel * TILE_PIXELS]
     }
 
-    /// Writes one number of a texel inside the surface; it must be one that the format can hold.
+    /// Writes one channel of a texel inside the surface; the format must be able to hold `value`.
     pub(crate) fn set(&mut self, x: u32, y: u32, channel: usize, value: f32) {
         let index = self.plane_index(x as usize, y as usize) + channel * TILE_PIXELS;
         self.planes[index] = value;
@@ -122,7 +123,7 @@ impl Surface {
         self.stencil.get(((y >> 6) * self.tiles_x + (x >> 6)) * TILE_PIXELS + offset_in_tile(x, y)).copied().unwrap_or(0)
     }
 
-    /// Writes the stencil value of a texel inside the surface; nothing where there is no stencil plane.
+    /// Writes the stencil value of a texel inside the surface; does nothing without a stencil plane.
     pub(crate) fn set_stencil(&mut self, x: u32, y: u32, value: u8) {
         let (x, y) = (x as usize, y as usize);
         if let Some(slot) = self.stencil.get_mut(((y >> 6) * self.tiles_x + (x >> 6)) * TILE_PIXELS + offset_in_tile(x, y)) {

@@ -9,18 +9,21 @@ use crate::api::state::TextureFormat;
 use crate::api::surface::Surface;
 use crate::api::texture_descriptor::{TextureDescriptor, TextureError, TextureShape};
 
-/// A texture: its description and its surfaces, levels outermost.
+/// A texture: its description and its surfaces, all layers of level 0 first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     desc: TextureDescriptor,
     info: FormatInfo,
-    /// First surface of each level.
+    /// Number of each level's first surface.
     level_start: Vec<usize>,
     surfaces: Vec<Surface>,
 }
 
 impl Texture {
     /// A texture of zeros.
+    ///
+    /// # Errors
+    /// If a part of the description is out of range, see [`TextureDescriptor::validate`].
     pub fn new(desc: TextureDescriptor) -> Result<Self, TextureError> {
         let info = desc.validate()?;
         let mut level_start = Vec::new();
@@ -33,8 +36,8 @@ impl Texture {
         Ok(Self { desc, info, level_start, surfaces })
     }
 
-    /// One 2D image of `size` (width and height) with all its mip levels: `texel` gives level 0 as [`Self::set_texel`] takes it,
-    /// [`Self::generate_mips`] makes the others.
+    /// One 2D image of `size` (width and height, texels) with all its mip levels: `texel(x, y)` gives the numbers of level 0 as for
+    /// [`Self::set_texel`], and [`Self::generate_mips`] makes the other levels.
     ///
     /// # Errors
     /// If the size or the format is not supported.
@@ -55,7 +58,7 @@ impl Texture {
         Ok(texture)
     }
 
-    /// The description it was made from.
+    /// The description that the texture was made from.
     #[must_use]
     pub fn desc(&self) -> &TextureDescriptor {
         &self.desc
@@ -65,13 +68,13 @@ impl Texture {
     pub fn info(&self) -> FormatInfo {
         self.info
     }
-    /// A surface; `level` and `layer` are clamped to what exists.
+    /// The surface of a level and layer; both are clamped to what exists.
     #[inline(always)]
     #[must_use]
     pub fn surface(&self, level: u32, layer: u32) -> &Surface {
         &self.surfaces[self.surface_index(level, layer)]
     }
-    /// A surface to fill; `level` and `layer` are clamped to what exists.
+    /// The surface of a level and layer, to write to; both are clamped to what exists.
     pub(crate) fn surface_mut(&mut self, level: u32, layer: u32) -> &mut Surface {
         let index = self.surface_index(level, layer);
         &mut self.surfaces[index]
@@ -84,8 +87,8 @@ impl Texture {
         (self.level_start[level] + layer as usize).min(end - 1)
     }
 
-    /// Writes a texel, each number rounded to what the format can hold (depth clamped to 0..=1; integers are bit patterns); channels that
-    /// the format lacks are left out.
+    /// Writes a texel. Each number is rounded to what the format can hold: depth is clamped to 0..=1, integers are given as bit patterns. Channels
+    /// that the format lacks are ignored.
     ///
     /// # Panics
     /// If the texel is outside of the surface.
@@ -100,17 +103,17 @@ impl Texture {
         }
     }
 
-    /// Writes the stencil value of a texel; nothing where the format has no stencil.
+    /// Writes the stencil value of a texel; does nothing if the format has no stencil.
     pub fn set_stencil(&mut self, level: u32, layer: u32, x: u32, y: u32, value: u8) {
         self.surface_mut(level, layer).set_stencil(x, y, value);
     }
 
-    /// Description, first surface of each level, and surfaces.
+    /// The description, the number of each level's first surface, and the surfaces.
     pub(crate) fn parts(&self) -> (&TextureDescriptor, &[usize], &[Surface]) {
         (&self.desc, &self.level_start, &self.surfaces)
     }
 
-    /// The same, to lend surfaces out.
+    /// As [`Self::parts`], with the surfaces to write to.
     pub(crate) fn parts_mut(&mut self) -> (&TextureDescriptor, &[usize], &mut [Surface]) {
         (&self.desc, &self.level_start, &mut self.surfaces)
     }
@@ -118,7 +121,7 @@ impl Texture {
     /// Fills a surface from the format's bytes, rows top down, tightly packed.
     ///
     /// # Errors
-    /// If the texture does not have the surface, or the bytes are not as many as it has.
+    /// If the texture does not have the surface, or `bytes` has another length than the surface.
     pub fn write_bytes(&mut self, level: u32, layer: u32, bytes: &[u8]) -> Result<(), TextureError> {
         let info = self.info;
         let label = self.desc.label.clone();
@@ -140,7 +143,7 @@ impl Texture {
         Ok(())
     }
 
-    /// The format's bytes of a surface, rows top down, tightly packed; then the stencil bytes if there are any.
+    /// The surface in the format's bytes, rows top down, tightly packed, followed by the stencil bytes if the format has a stencil.
     #[must_use]
     pub fn read_bytes(&self, level: u32, layer: u32) -> Vec<u8> {
         let surface = self.surface(level, layer);
@@ -170,8 +173,8 @@ impl Texture {
         (0..surface.height).flat_map(|y| (0..surface.width).map(move |x| surface.get(x, y, channel))).collect()
     }
 
-    /// Fills mip levels 1.. by averaging 2x2 texels (2x2x2 in a volume) of the level above, rounded to what the format can hold; odd edges repeat
-    /// the last texel. Integers have no mean: the first of the texels is taken.
+    /// Fills mip levels 1.. by averaging 2x2 texels (2x2x2 in a volume) of the level above, rounded to what the format can hold. At odd sizes the
+    /// last texel is repeated. Integers have no mean; the first of the texels is taken.
     pub fn generate_mips(&mut self) {
         let mut bytes = Vec::new();
         for level in 1..self.desc.mip_level_count {

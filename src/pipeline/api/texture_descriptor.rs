@@ -1,4 +1,4 @@
-//! Descriptions of textures and of views of them.
+//! Descriptions of textures and of their views.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ pub const MAX_LAYERS: u32 = 2048;
 /// Largest width, height or depth of a volume. WebGPU's `maxTextureDimension3D` default.
 pub const MAX_VOLUME_SIZE: u32 = 2048;
 
-/// What shape a texture has.
+/// The shape of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureShape {
     /// Layers of 2D images; one layer for a plain texture.
@@ -26,11 +26,11 @@ pub enum TextureShape {
     D3,
 }
 
-/// What is wrong with a texture's description or data.
+/// Why a texture's description, data or view is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TextureError {
-    /// Zero or too large.
+    /// A width, height or depth of zero, or one that is too large.
     #[error("texture `{label}`: size {width}x{height}x{depth} is outside 1..={allowed} (depth or layers: 1..=2048)")]
     Size {
         /// The texture's label.
@@ -44,7 +44,7 @@ pub enum TextureError {
         /// Largest width and height of a texture of this shape.
         allowed: u32,
     },
-    /// Not a supported format.
+    /// An unsupported format.
     #[error("texture `{label}`: format {format:?} is not supported; supported: {}", SUPPORTED_FORMATS)]
     Format {
         /// The texture's label.
@@ -52,7 +52,7 @@ pub enum TextureError {
         /// Format seen.
         format: TextureFormat,
     },
-    /// A volume of depth or stencil.
+    /// A volume with a depth or stencil format.
     #[error("texture `{label}`: a volume cannot hold {format:?}")]
     VolumeFormat {
         /// The texture's label.
@@ -60,7 +60,7 @@ pub enum TextureError {
         /// Format seen.
         format: TextureFormat,
     },
-    /// More mip levels than the size has.
+    /// More mip levels than the size allows.
     #[error("texture `{label}`: {levels} mip levels, the size allows 1..={allowed}")]
     MipLevels {
         /// The texture's label.
@@ -70,7 +70,7 @@ pub enum TextureError {
         /// Most that the size allows.
         allowed: u32,
     },
-    /// A cube needs six square layers.
+    /// A cube that does not have six square layers.
     #[error("texture `{label}`: a cube needs width = height and 6 layers, not {width}x{height}x{depth}")]
     Cube {
         /// The texture's label.
@@ -82,7 +82,7 @@ pub enum TextureError {
         /// Layers seen.
         depth: u32,
     },
-    /// The bytes given are not the surface's.
+    /// Data of another length than the surface.
     #[error("texture `{label}`: {seen} bytes given, the surface has {expected}")]
     Data {
         /// The texture's label.
@@ -102,18 +102,18 @@ pub enum TextureError {
         /// Layers expected.
         expected: u32,
     },
-    /// A view that the texture cannot give.
+    /// A view that the texture cannot have.
     #[error("texture `{label}` with {levels} levels and {layers} layers cannot be seen as {view:?}: {problem}")]
     View {
         /// The texture's label.
         label: String,
         /// The view.
         view: TextureViewDescriptor,
-        /// Levels that there are.
+        /// Levels of the texture.
         levels: u32,
-        /// Layers that there are; 1 for a volume.
+        /// Layers of the texture; 1 for a volume.
         layers: u32,
-        /// What is wrong.
+        /// The cause.
         problem: ViewProblem,
     },
     /// A view shows a surface that the same pass draws to.
@@ -126,7 +126,7 @@ pub enum TextureError {
         /// Layer or slice.
         layer: u32,
     },
-    /// A surface that the texture does not have.
+    /// A level or layer that the texture does not have.
     #[error("texture `{label}`: level {level} of layer {layer} does not exist")]
     NoSurface {
         /// The texture's label.
@@ -136,7 +136,7 @@ pub enum TextureError {
         /// Layer or slice.
         layer: u32,
     },
-    /// A surface that is drawn to as two attachments.
+    /// A surface that is attached twice.
     #[error("texture `{label}`: level {level} of layer {layer} is attached twice")]
     AttachedTwice {
         /// The texture's label.
@@ -148,17 +148,17 @@ pub enum TextureError {
     },
 }
 
-/// What is wrong with a view of a texture.
+/// Why a view of a texture is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ViewProblem {
-    /// No mip levels, or some that the texture does not have.
+    /// No mip levels, or levels that the texture does not have.
     #[error("the mip levels are not among the texture's")]
     MipLevels,
-    /// No layers, or some that the texture does not have.
+    /// No layers, or layers that the texture does not have.
     #[error("the layers are not among the texture's")]
     ArrayLayers,
-    /// Images of a volume, or a volume of images.
+    /// A volume seen as images, or images seen as a volume.
     #[error("a texture of shape {texture:?} cannot be seen as {view:?}")]
     Shape {
         /// The texture's shape.
@@ -166,13 +166,13 @@ pub enum ViewProblem {
         /// The view's shape.
         view: TextureShape,
     },
-    /// A cube of more or less than six layers.
+    /// A cube view of more or fewer than six layers.
     #[error("a cube needs 6 layers, not {layers}")]
     CubeLayers {
         /// Layers of the view.
         layers: u32,
     },
-    /// A cube whose faces are not square.
+    /// A cube view of faces that are not square.
     #[error("a cube needs width = height, not {width}x{height}")]
     CubeSize {
         /// Width of the texture.
@@ -195,7 +195,7 @@ pub struct TextureDescriptor {
     pub depth_or_layers: u32,
     /// Mip levels. Default: 1.
     pub mip_level_count: u32,
-    /// What a texel holds.
+    /// Format of the texels.
     pub format: TextureFormat,
     /// Layers, cube or volume. Default: layers.
     pub shape: TextureShape,
@@ -207,7 +207,12 @@ impl TextureDescriptor {
         Self { label: label.into(), width, height, depth_or_layers: 1, mip_level_count: 1, format, shape: TextureShape::D2 }
     }
 
-    /// The format's facts, if everything about the description is in range.
+    /// Checks every field.
+    ///
+    /// Returns the facts of the format.
+    ///
+    /// # Errors
+    /// If size, layers or mip levels are out of range, the shape does not fit them, or the format is not supported.
     pub fn validate(&self) -> Result<FormatInfo, TextureError> {
         let Self { width, height, depth_or_layers: depth, format, .. } = *self;
         let label = || self.label.clone();
@@ -231,20 +236,20 @@ impl TextureDescriptor {
         Ok(info)
     }
 
-    /// Whether there is a surface: a level of a layer or slice.
+    /// Whether the texture has this level and this layer or slice.
     #[must_use]
     pub fn has_surface(&self, level: u32, layer: u32) -> bool {
         level < self.mip_level_count && layer < self.level_size(level).2
     }
 
-    /// Size of a mip level: width, height, and layers or slices.
+    /// Size of a mip level: width and height in texels, and the number of layers or slices.
     #[must_use]
     pub fn level_size(&self, level: u32) -> (u32, u32, u32) {
         let depth = if self.shape == TextureShape::D3 { (self.depth_or_layers >> level).max(1) } else { self.depth_or_layers };
         ((self.width >> level).max(1), (self.height >> level).max(1), depth)
     }
 
-    /// Bytes of memory the texture takes, known before it is made. Zero for an unsupported format.
+    /// Memory of the texture in bytes, known before it is made. Zero for an unsupported format.
     #[must_use]
     pub fn memory_bytes(&self) -> u64 {
         let Some(info) = format_info(self.format) else { return 0 };
@@ -258,21 +263,21 @@ impl TextureDescriptor {
     }
 }
 
-/// Which levels and layers of a texture a view shows. Default: all.
+/// The levels and layers of a texture that a view shows. Default: all.
 ///
-/// WebGPU: [`GPUTextureViewDescriptor`](https://www.w3.org/TR/webgpu/#dictdef-gputextureviewdescriptor). Levels and layers of a view count from
-/// its own first one.
+/// WebGPU: [`GPUTextureViewDescriptor`](https://www.w3.org/TR/webgpu/#dictdef-gputextureviewdescriptor). Shaders count levels and layers from the
+/// view's first ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TextureViewDescriptor {
     /// First mip level. Default: 0.
     pub base_mip_level: u32,
-    /// Mip levels; `None` for all that follow. Default: `None`.
+    /// Number of mip levels; `None` for all that follow. Default: `None`.
     pub mip_level_count: Option<u32>,
-    /// First layer; 0 for a volume, whose slices are always seen together. Default: 0.
+    /// First layer; 0 for a volume, whose view always shows all slices. Default: 0.
     pub base_array_layer: u32,
-    /// Layers; `None` for all that follow. Default: `None`.
+    /// Number of layers; `None` for all that follow. Default: `None`.
     pub array_layer_count: Option<u32>,
-    /// How the layers are seen: as images or as the faces of a cube. Default: as the texture's own shape says.
+    /// Shape of the view: images, or the faces of a cube. Default: the texture's own shape.
     pub shape: Option<TextureShape>,
 }
 
@@ -289,19 +294,19 @@ impl TextureViewDescriptor {
     }
 }
 
-/// A view's levels, layers and shape, checked against its texture.
+/// The levels, layers and shape of a view, checked against its texture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ViewRange {
     /// Mip levels of the texture.
     pub levels: Range<u32>,
     /// Layers of the texture; for a volume `0..1`, which stands for all slices.
     pub layers: Range<u32>,
-    /// How the layers are seen.
+    /// Shape of the view.
     pub shape: TextureShape,
 }
 
 impl ViewRange {
-    /// Whether the view shows this surface.
+    /// Whether the view shows this level and layer.
     #[must_use]
     pub fn contains(&self, level: u32, layer: u32) -> bool {
         self.levels.contains(&level) && (self.shape == TextureShape::D3 || self.layers.contains(&layer))
@@ -309,10 +314,10 @@ impl ViewRange {
 }
 
 impl TextureDescriptor {
-    /// What a view shows.
+    /// The levels, layers and shape that a view of this texture shows.
     ///
     /// # Errors
-    /// If it reaches beyond the texture's levels or layers, or its shape does not fit them.
+    /// If the view reaches beyond the texture's levels or layers, or if its shape does not fit them.
     pub fn view_range(&self, view: &TextureViewDescriptor) -> Result<ViewRange, TextureError> {
         let shape = view.shape.unwrap_or(self.shape);
         let volume = self.shape == TextureShape::D3;
@@ -334,7 +339,7 @@ impl TextureDescriptor {
         })
     }
 
-    /// Whether the layers of a view can be seen as its shape says.
+    /// Why the layers of a view cannot have the view's shape, or `None`.
     fn shape_problem(&self, range: &ViewRange) -> Option<ViewProblem> {
         if (self.shape == TextureShape::D3) != (range.shape == TextureShape::D3) {
             return Some(ViewProblem::Shape { texture: self.shape, view: range.shape });

@@ -1,7 +1,7 @@
-//! Views: what a shader reads of a texture, and the surface of it that is drawn to.
+//! Views: the levels and layers of a texture that a shader reads, or the surface that a pass draws to.
 //!
-//! A [`TextureView`] is some levels and layers of a texture; a [`TextureViewMut`] is one surface, for an attachment. [`Texture::split`] lends a
-//! texture out as both at once, where they do not overlap, so that a pass can draw a mip level from the one above it.
+//! A [`TextureView`] shows levels and layers of a texture to shaders; a [`TextureViewMut`] is one surface, for an attachment. [`Texture::split`]
+//! lends a texture as both at once, where they do not overlap: a pass can draw a mip level from the one above it.
 
 use crate::api::format::depth::depth_value;
 use crate::api::format::facts::{ChannelKind, FormatInfo};
@@ -10,11 +10,11 @@ use crate::api::surface::{Surface, TILE_PIXELS};
 use crate::api::texture::Texture;
 use crate::api::texture_descriptor::{TextureDescriptor, TextureError, TextureShape, TextureViewDescriptor, ViewRange};
 
-/// The surfaces of a texture, numbered as [`Texture`] keeps them.
+/// The surfaces of a texture, in the order in which [`Texture`] keeps them.
 #[derive(Clone, Copy, Debug)]
 enum Surfaces<'a> {
     All(&'a [Surface]),
-    /// Those that are drawn to are missing.
+    /// All surfaces, with `None` in place of those that are drawn to.
     Unattached(&'a [Option<&'a Surface>]),
 }
 
@@ -65,13 +65,13 @@ impl<'a> TextureView<'a> {
     pub fn info(&self) -> FormatInfo {
         self.info
     }
-    /// How the layers are seen.
+    /// Shape of the view.
     #[inline(always)]
     #[must_use]
     pub fn shape(&self) -> TextureShape {
         self.shape
     }
-    /// Mip levels of the view.
+    /// Number of mip levels of the view.
     #[inline(always)]
     #[must_use]
     pub fn mip_level_count(&self) -> u32 {
@@ -85,7 +85,7 @@ impl<'a> TextureView<'a> {
         (width, height, if self.shape == TextureShape::D3 { depth } else { self.layers })
     }
 
-    /// A surface; `level` and `layer` are clamped to what the view shows.
+    /// The surface of a level and layer of the view; both are clamped to what the view shows.
     #[inline(always)]
     #[must_use]
     pub fn surface(&self, level: u32, layer: u32) -> &'a Surface {
@@ -98,8 +98,8 @@ impl<'a> TextureView<'a> {
         }
     }
 
-    /// What a shader reads from a texel inside the surface: missing channels are 0, missing alpha 1, depth in 0..=1.
-    /// Of integer formats all four are bit patterns of integers.
+    /// The four numbers that a shader reads from a texel inside the surface: missing colour channels are 0, missing alpha is 1, depth is in 0..=1.
+    /// For integer formats all four are bit patterns of integers.
     #[inline(always)]
     #[must_use]
     pub fn texel(&self, level: u32, layer: u32, x: u32, y: u32) -> [f32; 4] {
@@ -107,7 +107,7 @@ impl<'a> TextureView<'a> {
         self.texel_at(surface, surface.plane_index(x as usize, y as usize))
     }
 
-    /// [`Self::texel`] by its place in the planes of one of this view's surfaces.
+    /// [`Self::texel`] at a plane index of one of this view's surfaces.
     #[inline(always)]
     pub(crate) fn texel_at(&self, surface: &Surface, index: usize) -> [f32; 4] {
         let mut out = [0.0, 0.0, 0.0, self.info.kind.missing_alpha()];
@@ -126,7 +126,7 @@ fn is_drawn_to(label: &str) -> ! {
     panic!("a view of texture `{label}` was made of a surface that is drawn to")
 }
 
-/// One surface of a texture, to draw to. Its format is the texture's.
+/// One surface of a texture, to draw to. The format is the texture's.
 #[derive(Debug)]
 pub struct TextureViewMut<'a> {
     pub(crate) surface: &'a mut Surface,
@@ -162,7 +162,7 @@ pub struct Unattached<'a> {
 }
 
 impl Unattached<'_> {
-    /// A view of them.
+    /// A view of these surfaces.
     ///
     /// # Errors
     /// If the view reaches beyond the texture, or shows a surface that is drawn to.
@@ -181,13 +181,13 @@ impl Unattached<'_> {
 }
 
 impl Texture {
-    /// What a shader reads from a texel inside the surface, see [`TextureView::texel`].
+    /// The four numbers that a shader reads from a texel inside the surface, see [`TextureView::texel`].
     #[must_use]
     pub fn texel(&self, level: u32, layer: u32, x: u32, y: u32) -> [f32; 4] {
         self.view().texel(level, layer, x, y)
     }
 
-    /// All levels and layers, to read.
+    /// A view of all levels and layers, for shaders to read.
     #[must_use]
     pub fn view(&self) -> TextureView<'_> {
         let parts = self.parts();
@@ -195,7 +195,7 @@ impl Texture {
         whole.unwrap_or_else(|_| unreachable!("a texture has a level and a layer"))
     }
 
-    /// Some levels and layers, to read.
+    /// A view of some levels and layers, for shaders to read.
     ///
     /// # Errors
     /// If the view reaches beyond the texture, or its shape does not fit the layers.
@@ -211,10 +211,11 @@ impl Texture {
         TextureViewMut { surface: self.surface_mut(0, 0), format, info }
     }
 
-    /// Some surfaces, each a level and a layer (or slice), to draw to; and the others, to read meanwhile.
+    /// Splits the texture into the surfaces of `attached`, to draw to, and all others, for shaders to read meanwhile. `attached` names each surface
+    /// by level and layer (or slice).
     ///
     /// # Errors
-    /// If a surface does not exist, or is named twice.
+    /// If a surface does not exist or is named twice.
     pub fn split(&mut self, attached: &[(u32, u32)]) -> Result<(Vec<TextureViewMut<'_>>, Unattached<'_>), TextureError> {
         let info = self.info();
         for (i, &(level, layer)) in attached.iter().enumerate() {

@@ -1,11 +1,11 @@
-//! Putting one frame behind another.
+//! Appends one frame to another.
 
 use crate::frame::description::{
     AttachmentView, BindEntry, BindGroup, BindGroupId, BufferId, ColorAttachment, DepthStencilAttachment, Draw, Frame, FrameIndex, Pass,
     PipelineId, StreamOut, TextureId, TextureView,
 };
 
-/// How many resources of each kind lie before an appended frame's own.
+/// Numbers of resources of each kind that the frame has before another one is appended.
 struct Offsets {
     textures: u32,
     buffers: u32,
@@ -16,8 +16,8 @@ struct Offsets {
 impl Frame {
     /// Appends the resources and passes of another frame.
     ///
-    /// Every id inside of `part` is moved past the resources that `self` already has, so the appended passes read and draw to their own
-    /// resources, as before. `self.rules` hold for both.
+    /// Every id in `part` is shifted by the number of resources that `self` already has, so the appended passes use their own resources, as before.
+    /// The rules of `self` apply to both; those of `part` are dropped.
     pub fn append(&mut self, part: Self) {
         let Self { rules: _, textures, buffers, pipelines, bind_groups, passes } = part;
         let offsets = Offsets {
@@ -34,7 +34,7 @@ impl Frame {
     }
 }
 
-/// Structs are taken apart field by field: a new field that holds an id cannot be forgotten here.
+/// The structs are destructured field by field, so a new field that holds an id cannot be forgotten here.
 impl Offsets {
     fn texture(&self, TextureId(id): TextureId) -> TextureId {
         TextureId(id + self.textures)

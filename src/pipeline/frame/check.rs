@@ -1,4 +1,4 @@
-//! Whether a frame can run: memory, and what passes and draws refer to.
+//! Checks before a frame runs: its memory, and the references in its passes and draws.
 
 use rayon::prelude::*;
 
@@ -7,13 +7,13 @@ use crate::frame::description::{AttachmentView, BindEntry, BufferId, Draw, Frame
 use crate::frame::error::{BindGroupProblem, FrameError, ReferenceProblem};
 use crate::run::device::Device;
 
-/// Least bin budget that a pass can work with.
+/// Least bin budget with which a pass can run, bytes.
 const MIN_BIN_BYTES: u64 = 8 << 20;
 
-/// Refuses a frame that needs more memory than it may use: its resources, and the bins of the software GPU.
+/// Refuses a frame whose resources and bins need more than `limit_bytes`. `device` gives the bin budget.
 ///
 /// # Errors
-/// [`FrameError::Memory`], with the largest part named.
+/// [`FrameError::Memory`], with the name of the largest resource.
 pub fn check_memory(frame: &Frame, device: &Device, limit_bytes: u64) -> Result<(), FrameError> {
     let bins = (device.wave_bytes() as u64).max(MIN_BIN_BYTES);
     let needed = frame.memory().resources().saturating_add(bins);
@@ -30,10 +30,10 @@ pub fn check_memory(frame: &Frame, device: &Device, limit_bytes: u64) -> Result<
     })
 }
 
-/// Every number in the frame points at something, samplers are valid, and no pass reads what it writes.
+/// Checks that every id refers to a resource of the frame, that samplers are valid, and that no pass reads what it writes.
 ///
 /// # Errors
-/// [`FrameError::BindGroup`], [`FrameError::Texture`] for a view, or [`FrameError::Reference`] with the pass and what is wrong there.
+/// [`FrameError::BindGroup`], [`FrameError::Texture`] for a view, or [`FrameError::Reference`] with the pass and the cause.
 pub fn check_references(frame: &Frame) -> Result<(), FrameError> {
     for (group, entries) in frame.bind_groups.iter().map(|group| &group.entries).enumerate() {
         for (binding, entry) in entries.iter().enumerate() {
@@ -56,7 +56,7 @@ pub fn check_references(frame: &Frame) -> Result<(), FrameError> {
     Ok(())
 }
 
-/// What is wrong with an entry of a bind group.
+/// Why an entry of a bind group is refused, or `None`.
 fn entry_problem(frame: &Frame, entry: &BindEntry) -> Option<BindGroupProblem> {
     match entry {
         BindEntry::Uniform(buffer, _) | BindEntry::DynamicUniform(buffer) | BindEntry::Storage(buffer) => {
@@ -71,7 +71,7 @@ fn entry_problem(frame: &Frame, entry: &BindEntry) -> Option<BindGroupProblem> {
     }
 }
 
-/// What is wrong with a pass's attachments.
+/// Why the attachments of a pass are refused, or `None`.
 fn attachment_problem(frame: &Frame, pass: &Pass) -> Option<ReferenceProblem> {
     let views = pass.attachments();
     views.iter().enumerate().find_map(|(attachment, view)| {
@@ -87,7 +87,7 @@ fn attachment_problem(frame: &Frame, pass: &Pass) -> Option<ReferenceProblem> {
     })
 }
 
-/// What is wrong with a pass's stream-out targets: all draws to one of them must write vertices of one size.
+/// Why the stream-out targets of a pass are refused, or `None`: all draws to one target must write vertices of one size.
 fn stream_out_problem(frame: &Frame, pass: &Pass) -> Option<ReferenceProblem> {
     let targets = &pass.stream_out;
     for (i, target) in targets.iter().enumerate() {
@@ -108,7 +108,7 @@ fn stream_out_problem(frame: &Frame, pass: &Pass) -> Option<ReferenceProblem> {
     None
 }
 
-/// What is wrong with the numbers of a draw.
+/// Why the references of a draw are refused, or `None`.
 fn draw_problem(frame: &Frame, pass: &Pass, number: usize, of: &Draw) -> Option<ReferenceProblem> {
     let (draw, pipeline, bind_group) = (number, of.pipeline.index(), of.bind_group.index());
     if pipeline >= frame.pipelines.len() {
@@ -133,7 +133,7 @@ fn draw_problem(frame: &Frame, pass: &Pass, number: usize, of: &Draw) -> Option<
     })
 }
 
-/// What a bind group of the pass reads and the pass writes.
+/// A texture or buffer that a bind group of the pass reads and the pass also writes.
 fn read_and_written(frame: &Frame, pass: &Pass) -> Option<ReferenceProblem> {
     let views = pass.attachments();
     let entries = pass.bind_groups().into_iter().flat_map(|group| &frame.bind_groups[group.index()].entries);

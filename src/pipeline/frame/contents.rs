@@ -1,4 +1,4 @@
-//! What a frame's textures and buffers hold, before its first pass and while it runs.
+//! Contents of a frame's textures and buffers, before its first pass and while it runs.
 
 use std::sync::Arc;
 
@@ -9,38 +9,39 @@ use crate::api::texture::Texture;
 use crate::api::texture_descriptor::TextureError;
 use crate::frame::description::{BufferId, Frame, FrameTexture, Initial, TextureId};
 
-/// What was streamed out to a buffer.
+/// Amount of data streamed out to a buffer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Streamed {
-    /// Bytes from the buffer's start on.
+    /// Bytes written, from the buffer's start on.
     pub bytes: usize,
-    /// Vertices.
+    /// Vertices written.
     pub vertices: u32,
 }
 
-/// What a frame's textures and buffers hold.
+/// Contents of a frame's textures and buffers.
 #[derive(Clone, Debug, Default)]
 pub struct Contents {
     /// By texture number.
     pub textures: Vec<Texture>,
     /// By buffer number.
     pub buffers: Vec<Arc<Buffer>>,
-    /// By buffer number: what passes have streamed out to it.
+    /// By buffer number: the amount that passes have streamed out to it.
     pub streamed: Vec<Streamed>,
 }
 
 impl Contents {
-    /// What there is before the first pass.
+    /// The contents before the first pass.
     ///
     /// # Errors
-    /// If a texture is not possible, or its initial bytes do not fit it.
+    /// If the description of a texture is refused, or its initial bytes have another length.
     pub fn initial(frame: &Frame) -> Result<Self, TextureError> {
         let mut contents = Self::default();
         contents.reset(frame)?;
         Ok(contents)
     }
 
-    /// The same, in the textures of an earlier frame as far as they have the same descriptions: fresh pages cost more than drawing.
+    /// As [`Self::initial`], but reuses the textures of an earlier frame that have the same descriptions: allocating fresh pages costs more than
+    /// drawing.
     pub(crate) fn reset(&mut self, frame: &Frame) -> Result<(), TextureError> {
         self.buffers = frame.buffers.iter().map(|buffer| buffer.data.clone()).collect();
         self.streamed = vec![Streamed::default(); frame.buffers.len()];
@@ -73,7 +74,7 @@ impl Contents {
         &self.buffers[id.index()]
     }
 
-    /// Writes what was streamed out (`vertices` of them) after what the buffer holds, or from its start on.
+    /// Writes streamed-out data (`vertices` of them): after what the buffer holds if `append`, otherwise from the buffer's start on.
     pub fn write_streamed(&mut self, id: BufferId, append: bool, data: &[f32], vertices: u32) {
         let streamed = &mut self.streamed[id.index()];
         if !append {
@@ -85,7 +86,7 @@ impl Contents {
         streamed.vertices += vertices;
     }
 
-    /// Bytes that are left in a buffer for what is streamed out.
+    /// Bytes of a buffer that are free for stream-out.
     #[must_use]
     pub fn stream_room(&self, id: BufferId, append: bool) -> usize {
         let used = if append { self.streamed[id.index()].bytes } else { 0 };
@@ -93,7 +94,7 @@ impl Contents {
     }
 }
 
-/// Puts a texture's initial contents in place; `stale` if it may hold an earlier frame.
+/// Writes a texture's initial contents; `stale` if the texture may hold those of an earlier frame.
 fn fill_initial(texture: &mut Texture, described: &FrameTexture, stale: bool) -> Result<(), TextureError> {
     match &described.initial {
         Initial::Zero => {
@@ -121,10 +122,10 @@ fn fill_initial(texture: &mut Texture, described: &FrameTexture, stale: bool) ->
     Ok(())
 }
 
-/// By texture: whether the first thing that happens to it is that a pass clears all of it.
+/// By texture: whether a pass clears all of it before anything else reads or writes it.
 #[must_use]
 pub fn cleared_first(frame: &Frame) -> Vec<bool> {
-    // By texture: nothing has happened yet, or whether it was cleared.
+    // By texture: `None` before its first use, then whether that use cleared it.
     let mut first: Vec<Option<bool>> =
         frame.textures.iter().map(|t| (t.desc.mip_level_count > 1 || t.desc.depth_or_layers > 1).then_some(false)).collect();
     let mut happens = |texture: TextureId, clears: bool| {

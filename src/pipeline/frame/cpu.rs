@@ -8,7 +8,7 @@ use crate::frame::executor::{Executor, FrameObserver, FrameOutput};
 use crate::frame::resolve::{pipelines, run_frame_pass};
 use crate::run::device::Device;
 
-/// Runs frames on the software GPU. Keeps textures between frames of the same shape, because fresh pages cost more than drawing.
+/// Runs frames on the software GPU. Textures are kept for the next frame of the same shape, because allocating fresh pages costs more than drawing.
 pub struct CpuExecutor {
     device: Device,
     memory_limit_bytes: u64,
@@ -16,7 +16,7 @@ pub struct CpuExecutor {
 }
 
 impl CpuExecutor {
-    /// An executor on a device that refuses frames above a memory limit (resources and bins).
+    /// An executor on a device. It refuses frames whose resources and bins need more than `memory_limit_bytes`.
     #[must_use]
     pub fn new(device: Device, memory_limit_bytes: u64) -> Self {
         Self { device, memory_limit_bytes, contents: Contents::default() }
@@ -26,7 +26,7 @@ impl CpuExecutor {
 impl Executor for CpuExecutor {
     fn run(&mut self, frame: &Frame, mut observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError> {
         let Self { device, memory_limit_bytes, contents } = self;
-        // Everything on the device's threads at once: going there for each small pass takes longer than the pass.
+        // The whole frame runs inside the device's thread pool: entering the pool for each small pass takes longer than the pass.
         let passes = device.install(|| {
             check_memory(frame, device, *memory_limit_bytes)?;
             check_references(frame)?;

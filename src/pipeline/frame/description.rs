@@ -1,4 +1,4 @@
-//! The description of a frame: plain data that refers to itself by number.
+//! The description of a frame: plain data whose parts refer to each other by number.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -20,13 +20,13 @@ macro_rules! id {
         pub struct $name(pub(crate) u32);
 
         impl $name {
-            /// The id of what stands at a place in the frame's list.
+            /// The id of the resource at a position in the frame's list.
             #[must_use]
             pub const fn at(index: u32) -> Self {
                 Self(index)
             }
 
-            /// Place in the frame's list.
+            /// Position in the frame's list.
             #[must_use]
             pub fn index(self) -> usize {
                 self.0 as usize
@@ -51,12 +51,12 @@ id!(
     BindGroupId
 );
 
-/// What a texture holds before the first pass.
+/// Contents of a texture before the first pass.
 #[derive(Clone, Debug)]
 pub enum Initial {
     /// Zeros.
     Zero,
-    /// The format's bytes of level 0 of each layer, rows top down; lower levels are averaged from it if there are any.
+    /// Level 0 of each layer in the format's bytes, rows top down. Other mip levels are averaged from level 0.
     Layers(Vec<Arc<[u8]>>),
 }
 
@@ -65,11 +65,11 @@ pub enum Initial {
 pub struct FrameTexture {
     /// Size, format, shape.
     pub desc: TextureDescriptor,
-    /// What it holds before the first pass.
+    /// Contents before the first pass.
     pub initial: Initial,
 }
 
-/// A buffer of a frame; read-only to shaders. Stream-out can write to it.
+/// A buffer of a frame. Shaders only read it; stream-out can write to it.
 #[derive(Clone, Debug)]
 pub struct FrameBuffer {
     /// Name in errors and captures.
@@ -78,17 +78,17 @@ pub struct FrameBuffer {
     pub data: Arc<Buffer>,
 }
 
-/// What a shader reads of a texture.
+/// The levels and layers of a texture that a shader reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TextureView {
     /// The texture.
     pub texture: TextureId,
-    /// Levels, layers, and how they are seen.
+    /// Levels, layers, and the shape of the view.
     pub range: TextureViewDescriptor,
 }
 
 impl From<TextureId> for TextureView {
-    /// All of the texture.
+    /// A view of the whole texture.
     fn from(texture: TextureId) -> Self {
         Self { texture, range: TextureViewDescriptor::default() }
     }
@@ -99,7 +99,7 @@ impl From<TextureId> for TextureView {
 pub enum BindEntry {
     /// A uniform buffer from a byte offset on.
     Uniform(BufferId, usize),
-    /// A uniform buffer whose offset is each draw's.
+    /// A uniform buffer whose offset each draw gives (`dynamic_offset`).
     DynamicUniform(BufferId),
     /// A storage buffer.
     Storage(BufferId),
@@ -110,20 +110,20 @@ pub enum BindEntry {
 }
 
 impl BindEntry {
-    /// A texture, or some levels and layers of one.
+    /// A texture, or a view of some levels and layers of it.
     pub fn texture(view: impl Into<TextureView>) -> Self {
         Self::Texture(view.into())
     }
 }
 
-/// Bindings, shared by draws.
+/// A bind group: bindings that draws share.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BindGroup {
     /// By binding number.
     pub entries: Vec<BindEntry>,
 }
 
-/// One level of one layer of a texture.
+/// One level of one layer of a texture, as an attachment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AttachmentView {
     /// The texture.
@@ -143,16 +143,16 @@ impl From<TextureId> for AttachmentView {
 /// A colour attachment of a pass.
 #[derive(Clone, Copy, Debug)]
 pub struct ColorAttachment {
-    /// What is drawn to.
+    /// The surface that is drawn to.
     pub view: AttachmentView,
-    /// What it holds before the first draw.
+    /// Value before the first draw: cleared or kept.
     pub load: LoadOp<Color>,
 }
 
 /// The depth-stencil attachment of a pass.
 #[derive(Clone, Copy, Debug)]
 pub struct DepthStencilAttachment {
-    /// What is drawn to.
+    /// The surface that is drawn to.
     pub view: AttachmentView,
     /// Depth before the first draw.
     pub depth_load: LoadOp<f32>,
@@ -165,9 +165,9 @@ pub struct DepthStencilAttachment {
 /// Only whole primitives are written; those for which there is no room are counted and dropped [D3D11.3 §14.5].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamOut {
-    /// The buffer, as long as it is.
+    /// The buffer; its length is the room for primitives.
     pub buffer: BufferId,
-    /// Whether primitives follow those of earlier passes, instead of replacing them from the buffer's start on.
+    /// Whether primitives are written after those of earlier passes; otherwise they overwrite the buffer from its start.
     pub append: bool,
 }
 
@@ -180,12 +180,12 @@ pub struct FrameIndex {
     pub format: IndexFormat,
 }
 
-/// One draw of a pass. See [`crate::Draw`] for the fields' meaning.
+/// One draw of a pass. [`crate::Draw`] describes the fields.
 #[derive(Clone, Debug)]
 pub struct Draw {
-    /// Pipeline.
+    /// The pipeline.
     pub pipeline: PipelineId,
-    /// Bind group.
+    /// The bind group.
     pub bind_group: BindGroupId,
     /// Byte offset of the dynamic uniform, a multiple of 256 (WebGPU's limit). Default: 0.
     pub dynamic_offset: u32,
@@ -193,7 +193,7 @@ pub struct Draw {
     pub vertex_buffers: Vec<(BufferId, usize)>,
     /// Index buffer. Default: none.
     pub index: Option<FrameIndex>,
-    /// Vertices, or places in the index buffer.
+    /// Vertices; for an indexed draw, the range of the index buffer.
     pub vertices: Range<u32>,
     /// Added to every index. Default: 0.
     pub base_vertex: i32,
@@ -211,12 +211,12 @@ pub struct Draw {
     pub query: Option<u32>,
     /// Stream-out target of the pass that this draw's primitives are appended to. Default: none.
     pub stream_out: Option<u32>,
-    /// A buffer that passes before this one streamed out to: not more vertices are drawn than they wrote [D3D11 DrawAuto]. Default: none.
+    /// A buffer that earlier passes streamed out to: at most as many vertices are drawn as they wrote [D3D11 DrawAuto]. Default: none.
     pub streamed: Option<BufferId>,
 }
 
 impl Draw {
-    /// A draw of `elements` vertices with everything else at its default.
+    /// A draw of `elements` vertices, every other field at its default.
     #[must_use]
     pub fn new(pipeline: PipelineId, bind_group: BindGroupId, vertices: Range<u32>) -> Self {
         Self {
@@ -237,7 +237,7 @@ impl Draw {
             streamed: None,
         }
     }
-    /// The same draw with 32-bit indices from a buffer.
+    /// The draw with 32-bit indices from a buffer.
     #[must_use]
     pub fn indexed(mut self, buffer: BufferId) -> Self {
         self.index = Some(FrameIndex { buffer, format: IndexFormat::Uint32 });
@@ -248,25 +248,25 @@ impl Draw {
 /// One render pass.
 #[derive(Clone, Debug, Default)]
 pub struct Pass {
-    /// Name in errors, captures and `--layers`.
+    /// Name in errors, in captures and for `--layers`.
     pub label: String,
-    /// Colour attachments; `None` for a hole.
+    /// Colour attachments by target; `None` for a target without one.
     pub color: Vec<Option<ColorAttachment>>,
     /// Depth-stencil attachment.
     pub depth_stencil: Option<DepthStencilAttachment>,
-    /// In submission order.
+    /// Draws in submission order.
     pub draws: Vec<Draw>,
-    /// Occlusion queries.
+    /// Number of occlusion queries.
     pub query_count: usize,
-    /// Where primitives are streamed out to.
+    /// Stream-out targets, by the number that draws name.
     pub stream_out: Vec<StreamOut>,
-    /// Output of the pass, if it ran while the frame was built and leaves its attachments as they are. An executor may return it in place of
-    /// running the pass, unless an observer watches the pass. Default: `None`.
+    /// Output of the pass, if it ran while the frame was built and leaves its attachments unchanged. An executor may return it instead of running the
+    /// pass, unless an observer watches the pass. Default: `None`.
     pub cached: Option<PassOutput>,
 }
 
 impl Pass {
-    /// What is drawn to: colour attachments in order, then depth-stencil.
+    /// The surfaces that the pass draws to: colour attachments in order, then depth-stencil.
     #[must_use]
     pub fn attachments(&self) -> Vec<AttachmentView> {
         self.color.iter().flatten().map(|t| t.view).chain(self.depth_stencil.iter().map(|t| t.view)).collect()
@@ -288,7 +288,7 @@ impl Pass {
     }
 }
 
-/// Named resources and an ordered list of passes.
+/// A frame: named resources and an ordered list of passes.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
     /// Rasterization rules of all pipelines.
@@ -311,7 +311,7 @@ impl Frame {
         self.textures.push(FrameTexture { desc, initial: Initial::Zero });
         TextureId(self.textures.len() as u32 - 1)
     }
-    /// Adds a texture with data.
+    /// Adds a texture with initial data, one byte string per layer (see [`Initial::Layers`]).
     pub fn texture_with(&mut self, desc: TextureDescriptor, layers: Vec<Arc<[u8]>>) -> TextureId {
         self.textures.push(FrameTexture { desc, initial: Initial::Layers(layers) });
         TextureId(self.textures.len() as u32 - 1)
@@ -331,17 +331,17 @@ impl Frame {
         self.bind_groups.push(BindGroup { entries });
         BindGroupId(self.bind_groups.len() as u32 - 1)
     }
-    /// Floats per vertex that draws with a pipeline stream out: clip position, then the varyings' scalars.
+    /// Floats per vertex that draws with a pipeline stream out: clip position (4), then the varyings' scalars.
     #[must_use]
     pub fn stream_floats(&self, pipeline: PipelineId) -> usize {
         4 + flatten_varyings(&self.pipelines[pipeline.index()].program.varyings).len()
     }
-    /// The pass of a name.
+    /// The pass with this label.
     #[must_use]
     pub fn pass_index(&self, label: &str) -> Option<usize> {
         self.passes.iter().position(|p| p.label == label)
     }
-    /// The texture of a name.
+    /// The texture with this label.
     #[must_use]
     pub fn texture_named(&self, label: &str) -> Option<TextureId> {
         self.textures.iter().position(|t| t.desc.label == label).map(|i| TextureId(i as u32))

@@ -1,75 +1,75 @@
-//! Why a frame cannot run.
+//! Errors of frames.
 
 use crate::api::check::pass::PassError;
 use crate::api::check::pipeline::PipelineError;
 use crate::api::check::sampler::SamplerError;
 use crate::api::texture_descriptor::TextureError;
 
-/// Why a frame cannot run. Nothing has been drawn when one of these is returned by validation.
+/// Why a frame cannot run. When validation returns such an error, nothing has been drawn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FrameError {
-    /// A texture is not possible.
+    /// A texture is refused.
     #[error(transparent)]
     Texture(#[from] TextureError),
-    /// A pipeline is not possible.
+    /// A pipeline is refused.
     #[error(transparent)]
     Pipeline(#[from] PipelineError),
-    /// A pass is not possible.
+    /// A pass is refused.
     #[error(transparent)]
     Pass(#[from] PassError),
-    /// Another executor cannot run it, for the reason that it gives.
+    /// An executor other than the CPU's cannot run the frame, for the reason that it gives.
     #[error("{0}")]
     Backend(String),
-    /// A bind group has an entry that is not possible.
+    /// An entry of a bind group is refused.
     #[error("bind group {group}, binding {binding}: {problem}")]
     BindGroup {
         /// The bind group's number.
         group: usize,
         /// The binding number.
         binding: usize,
-        /// What is wrong.
+        /// The cause.
         problem: BindGroupProblem,
     },
-    /// A pass refers to what is not there, or reads what it writes.
+    /// A pass refers to a resource that does not exist, or reads what it writes.
     #[error("pass `{pass}`: {problem}")]
     Reference {
         /// The pass's label.
         pass: String,
-        /// What is wrong.
+        /// The cause.
         problem: ReferenceProblem,
     },
-    /// The frame needs more memory than it may use.
+    /// The frame needs more memory than its limit.
     #[error(
         "the frame needs {needed_mib} MiB and may use {limit_mib} MiB; the largest part is `{largest}` with {largest_mib} MiB: \
          lower the image size, the water grid or the shadow map size, or raise the limit"
     )]
     Memory {
-        /// Needed, rounded up.
+        /// MiB needed, rounded up.
         needed_mib: u64,
-        /// Allowed.
+        /// MiB allowed.
         limit_mib: u64,
-        /// Name of the largest resource.
+        /// Name of the largest texture or buffer.
         largest: String,
-        /// Its size, rounded up.
+        /// MiB of that resource, rounded up.
         largest_mib: u64,
     },
 }
 
-/// What is wrong with an entry of a bind group.
+/// Why an entry of a bind group is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BindGroupProblem {
-    /// The bind group ends before an entry that a program reads.
+    /// The program reads a binding that the bind group does not have.
     #[error("the program reads it, and the bind group does not have it")]
     Missing,
-    /// A buffer that is not there.
+    /// A buffer that the frame does not have.
     #[error("names buffer {buffer}, which the frame does not have")]
     NoBuffer {
         /// The buffer's number.
         buffer: usize,
     },
-    /// A texture that is not there.
+    /// A texture that the frame does not have.
     #[error("names texture {texture}, which the frame does not have")]
     NoTexture {
         /// The texture's number.
@@ -80,11 +80,11 @@ pub enum BindGroupProblem {
     Sampler(SamplerError),
 }
 
-/// What a pass refers to in a way that is not possible.
+/// Why the references of a pass are refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReferenceProblem {
-    /// An attachment of a texture that is not there.
+    /// An attachment names a texture that the frame does not have.
     #[error("attachment {attachment} names texture {texture}, which the frame does not have")]
     NoTexture {
         /// The attachment's number: colour attachments in order, then depth-stencil.
@@ -92,7 +92,7 @@ pub enum ReferenceProblem {
         /// The texture's number.
         texture: usize,
     },
-    /// An attachment that the texture does not have.
+    /// An attachment names a level or layer that its texture does not have.
     #[error("attachment {attachment} is level {level} layer {layer} of `{texture}`, which does not exist")]
     NoSurface {
         /// The attachment's number.
@@ -104,7 +104,7 @@ pub enum ReferenceProblem {
         /// Layer or slice.
         layer: u32,
     },
-    /// Two attachments that are the same.
+    /// Two attachments are the same surface.
     #[error("texture `{texture}`, level {level}, layer {layer} is attached twice")]
     AttachedTwice {
         /// The texture's label.
@@ -114,7 +114,7 @@ pub enum ReferenceProblem {
         /// Layer or slice.
         layer: u32,
     },
-    /// A stream-out target of a buffer that is not there.
+    /// A stream-out target names a buffer that the frame does not have.
     #[error("stream-out target {target} names buffer {buffer}, which the frame does not have")]
     NoStreamOutBuffer {
         /// The target's number.
@@ -122,13 +122,13 @@ pub enum ReferenceProblem {
         /// The buffer's number.
         buffer: usize,
     },
-    /// Two stream-out targets that are the same.
+    /// Two stream-out targets are the same buffer.
     #[error("buffer `{buffer}` is streamed out to twice")]
     StreamedOutTwice {
         /// The buffer's label.
         buffer: String,
     },
-    /// Draws write vertices of different sizes to one stream-out target.
+    /// Draws stream vertices of different sizes out to one target.
     #[error("draws stream vertices of {first} and of {other} floats out to buffer `{buffer}`")]
     StreamOutVertices {
         /// The buffer's label.
@@ -138,7 +138,7 @@ pub enum ReferenceProblem {
         /// Floats of a vertex of another draw.
         other: usize,
     },
-    /// A pipeline that is not there.
+    /// A draw names a pipeline that the frame does not have.
     #[error("draw {draw} names pipeline {pipeline}, which the frame does not have")]
     NoPipeline {
         /// The draw's number.
@@ -146,7 +146,7 @@ pub enum ReferenceProblem {
         /// The pipeline's number.
         pipeline: usize,
     },
-    /// A bind group that is not there.
+    /// A draw names a bind group that the frame does not have.
     #[error("draw {draw} names bind group {bind_group}, which the frame does not have")]
     NoBindGroup {
         /// The draw's number.
@@ -154,7 +154,7 @@ pub enum ReferenceProblem {
         /// The bind group's number.
         bind_group: usize,
     },
-    /// A stream-out target that the pass does not have.
+    /// A draw names a stream-out target that the pass does not have.
     #[error("draw {draw} streams out to target {target} of {count}")]
     NoStreamOutTarget {
         /// The draw's number.
@@ -164,13 +164,13 @@ pub enum ReferenceProblem {
         /// Targets of the pass.
         count: usize,
     },
-    /// Indices, and vertices whose number stream-out gives.
+    /// A draw has indices and also takes its vertex count from stream-out.
     #[error("draw {draw} has indices and takes its vertices from stream-out")]
     IndexedStreamOut {
         /// The draw's number.
         draw: usize,
     },
-    /// A vertex or index buffer that is not there.
+    /// A draw names a vertex or index buffer that the frame does not have.
     #[error("draw {draw} names buffer {buffer}, which the frame does not have")]
     NoBuffer {
         /// The draw's number.
@@ -178,7 +178,7 @@ pub enum ReferenceProblem {
         /// The buffer's number.
         buffer: usize,
     },
-    /// A draw fetches from a buffer that its pass writes.
+    /// A draw reads vertices or indices from a buffer that its pass streams out to.
     #[error("draw {draw} reads buffer `{buffer}`, to which the pass streams out")]
     DrawReadsStreamOut {
         /// The draw's number.
@@ -192,7 +192,7 @@ pub enum ReferenceProblem {
         /// The texture's label.
         texture: String,
     },
-    /// A shader reads a buffer that its pass writes.
+    /// A shader reads a buffer that its pass streams out to.
     #[error("buffer `{buffer}` is read and streamed out to in the same pass")]
     ReadAndStreamedOut {
         /// The buffer's label.

@@ -1,4 +1,4 @@
-//! Executors: what runs frames, what watches them, and what they leave behind.
+//! Executors: the interface of what runs frames, of observers, and of results.
 
 use crate::api::observer::Observer;
 use crate::api::pass::PassOutput;
@@ -8,40 +8,40 @@ use crate::frame::description::{Frame, Pass, TextureId};
 use crate::frame::error::FrameError;
 use crate::run::device::Device;
 
-/// Sees every pass of a frame, and through [`Observer`] every stage of it.
+/// Observes a frame: every pass, and through [`Observer`] every stage of a pass.
 pub trait FrameObserver: Send {
-    /// A pass is about to run. Return an observer to see inside of it.
+    /// A pass is about to run. To observe its stages, return an observer.
     fn pass_begin(&mut self, index: usize, pass: &Pass) -> Option<&mut dyn Observer>;
-    /// A pass has run; `contents` are as it left them.
+    /// A pass has run. `contents` are the frame's textures and buffers after it.
     fn pass_end(&mut self, _index: usize, _pass: &Pass, _contents: &Contents, _output: &PassOutput) {}
 }
 
-/// What a frame left behind.
+/// Results of a frame.
 #[derive(Debug)]
 pub struct FrameOutput<'a> {
-    /// The device of the executor, for work on the textures.
+    /// The device of the executor, for further work on the textures.
     pub device: &'a Device,
-    /// What the frame's textures and buffers hold.
+    /// Contents of the frame's textures and buffers after the last pass.
     pub contents: &'a Contents,
-    /// By pass number.
+    /// Output of each pass, by pass number.
     pub passes: Vec<PassOutput>,
 }
 
 impl FrameOutput<'_> {
-    /// A texture.
+    /// The contents of a texture.
     #[must_use]
     pub fn texture(&self, id: TextureId) -> &Texture {
         self.contents.texture(id)
     }
 }
 
-/// Something that runs frames.
+/// Runs frames.
 pub trait Executor: Send {
     /// Runs a frame from its initial contents to its last pass.
     ///
     /// # Errors
-    /// If the frame is not valid, too large, or asks for what the executor does not have; nothing has been drawn then.
+    /// If the frame is not valid, exceeds the memory limit, or needs a feature that the executor lacks. Nothing has been drawn then.
     fn run(&mut self, frame: &Frame, observer: Option<&mut dyn FrameObserver>) -> Result<FrameOutput<'_>, FrameError>;
-    /// The software GPU: all of a CPU executor, elsewhere what runs the stages that the driver lacks.
+    /// The software GPU of the executor. It runs all of a frame in the CPU executor; elsewhere it runs the stages that the driver lacks.
     fn device(&self) -> &Device;
 }

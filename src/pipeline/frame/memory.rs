@@ -1,31 +1,31 @@
-//! What a frame will take before it runs.
+//! Memory of a frame, known before it runs.
 
 use crate::frame::description::Frame;
 
-/// Bytes that running a frame takes at its peak.
+/// Peak memory of a frame, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryEstimate {
     /// Textures, attachments included.
     pub textures: u64,
     /// Buffers.
     pub buffers: u64,
-    /// Passes and draws of the largest pass, as the executor lists them.
+    /// The executor's list of passes, and of the draws of the largest pass.
     pub draws: u64,
 }
 
 impl MemoryEstimate {
-    /// Everything but the bins, whose budget is set apart.
+    /// Sum of all parts. Bins are not among them; their budget is separate.
     #[must_use]
     pub fn resources(&self) -> u64 {
         self.textures.saturating_add(self.buffers).saturating_add(self.draws)
     }
 }
 
-/// Bytes per draw: the description's and the executor's.
+/// Bytes per draw, in the description and in the executor's list.
 const DRAW_BYTES: u64 = 512;
 
 impl Frame {
-    /// What running this frame takes, from sizes alone.
+    /// Memory that running this frame takes, computed from sizes alone.
     #[must_use]
     pub fn memory(&self) -> MemoryEstimate {
         MemoryEstimate {
@@ -35,7 +35,7 @@ impl Frame {
         }
     }
 
-    /// The largest texture or buffer: what to make smaller.
+    /// Name and bytes of the largest texture or buffer.
     #[must_use]
     pub fn largest_resource(&self) -> Option<(&str, u64)> {
         let textures = self.textures.iter().map(|t| (t.desc.label.as_str(), t.desc.memory_bytes()));

@@ -1,8 +1,8 @@
 //! A frame is data: named resources and an ordered list of passes. Techniques build frames; executors run them.
 //!
-//! [`Frame`] describes textures, buffers, pipelines, bind groups and passes; nothing in it says where it runs. An [`Executor`] runs it;
-//! [`CpuExecutor`] does so on the software GPU. Everything done to a frame (rendering, capture, cross-checking, benchmarking) is done to this
-//! description, so every technique gets it for nothing.
+//! [`Frame`] describes textures, buffers, pipelines, bind groups and passes, independent of where it runs. An [`Executor`] runs it; [`CpuExecutor`]
+//! does so on the software GPU. Rendering, capture, cross-check and benchmarks all take this description, so every technique has all of them without
+//! code of its own.
 
 mod append;
 pub(crate) mod check;

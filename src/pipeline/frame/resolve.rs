@@ -1,4 +1,4 @@
-//! From a frame's numbers to what a pass of the pipeline takes.
+//! Resolves the ids of a frame to the resources that a pass of the pipeline takes.
 
 use std::sync::Arc;
 
@@ -22,11 +22,14 @@ use crate::run::device::Device;
 use crate::run::pass::run_pass;
 
 /// The frame's pipelines, validated.
+///
+/// # Errors
+/// If the description of a pipeline is refused.
 pub fn pipelines(frame: &Frame) -> Result<Vec<RenderPipeline>, PipelineError> {
     frame.pipelines.iter().map(|desc| RenderPipeline::new(desc.clone(), frame.rules)).collect()
 }
 
-/// Width and height of a pass's attachments.
+/// Width and height of a pass's attachments, pixels.
 #[must_use]
 pub fn target_size(frame: &Frame, pass: &description::Pass) -> (u32, u32) {
     pass.attachments().first().map_or((1, 1), |view| {
@@ -35,10 +38,10 @@ pub fn target_size(frame: &Frame, pass: &description::Pass) -> (u32, u32) {
     })
 }
 
-/// Runs one pass on contents as they are. [`check_references`](super::check_references) must have passed.
+/// Runs one pass on `contents`. [`check_references`](super::check_references) must have accepted the frame.
 ///
 /// # Errors
-/// If the pass is not valid; nothing has been drawn then.
+/// If the pass is not valid. Nothing has been drawn then.
 pub fn run_frame_pass(
     device: &Device,
     frame: &Frame,
@@ -56,10 +59,11 @@ pub fn run_frame_pass(
         rest.push(lend(texture, number, &views, &mut attached)?);
     }
     let resolver = Resolver { buffers, streamed, size: target_size(frame, pass) };
-    // A view of what the pass draws to ends its bind group; no draw of the pass reads that.
+    // A view of a surface that the pass draws to is not available: its bind group ends before it. No draw of the pass reads that binding.
     let view = |view: &description::TextureView| rest[view.texture.index()].view(&view.range).ok();
     let groups: Vec<Vec<Binding<'_>>> = frame.bind_groups.iter().map(|group| resolver.bind_group(&group.entries, &view)).collect();
-    // All draws' vertex buffers in one list, and where each draw's begin: a pass may have a hundred thousand draws without any.
+    // The vertex buffers of all draws in one list, and each draw's start in it: a pass may have a hundred thousand draws without any, and a list per
+    // draw would cost an allocation each.
     let vertex_buffers: Vec<VertexBuffer<'_>> = pass.draws.iter().flat_map(|draw| resolver.vertex_buffers(draw)).collect();
     let starts = pass.draws.iter().scan(0, |next, draw| Some(std::mem::replace(next, *next + draw.vertex_buffers.len())));
     let starts: Vec<usize> = starts.collect();
@@ -87,7 +91,7 @@ pub fn run_frame_pass(
     Ok(output)
 }
 
-/// Lends a texture's attached surfaces to the pass, and gives the others.
+/// Lends a texture's attached surfaces to the pass. Returns the other surfaces.
 fn lend<'a>(
     texture: &'a mut crate::api::texture::Texture,
     number: usize,
@@ -103,13 +107,13 @@ fn lend<'a>(
     Ok(rest)
 }
 
-/// Empty stream-out targets with the room that their buffers have.
+/// Empty stream-out targets, each with the capacity that its buffer has left.
 fn stream_out_targets(pass: &description::Pass, contents: &Contents) -> Vec<StreamOutTarget> {
     let room = |stream: &description::StreamOut| contents.stream_room(stream.buffer, stream.append) / size_of::<f32>();
     pass.stream_out.iter().map(|stream| StreamOutTarget { capacity: room(stream), ..StreamOutTarget::default() }).collect()
 }
 
-/// Puts what was streamed out into the buffers.
+/// Writes streamed-out data to the buffers.
 fn keep_streamed(frame: &Frame, pass: &description::Pass, written: &[StreamOutTarget], contents: &mut Contents) {
     for (target, (stream, written)) in pass.stream_out.iter().zip(written).enumerate() {
         let writer = pass.draws.iter().find(|draw| draw.stream_out == Some(target as u32));
@@ -118,7 +122,7 @@ fn keep_streamed(frame: &Frame, pass: &description::Pass, written: &[StreamOutTa
     }
 }
 
-/// Runs the vertex and geometry stages of one draw and returns its primitives. Textures that the draw's pass draws to are not read.
+/// Runs the vertex and geometry stages of one draw and returns its primitives. Textures that the draw's pass draws to cannot be read.
 ///
 /// # Errors
 /// If the draw is not valid.
@@ -140,7 +144,7 @@ pub fn stream_draw(
     let resolved = Draw {
         query: None,
         stream_out: Some(0),
-        // There is no target to be inside of.
+        // Without a target, the scissor is never used.
         scissor: PixelRect::full(1, 1),
         ..resolver.draw(draw, &pipeline, bindings, &buffers)
     };
@@ -150,11 +154,11 @@ pub fn stream_draw(
     Ok((pipeline.rasterized(), run.stream_out.swap_remove(0)))
 }
 
-/// What the draws of a pass are resolved from.
+/// The parts of a frame from which the draws of a pass are resolved.
 struct Resolver<'a> {
     buffers: &'a [Arc<Buffer>],
     streamed: &'a [Streamed],
-    /// Of the pass's attachments.
+    /// Width and height of the pass's attachments.
     size: (u32, u32),
 }
 
@@ -167,7 +171,7 @@ impl<'a> Resolver<'a> {
         draw.vertex_buffers.iter().map(|(id, offset)| VertexBuffer { buffer: self.buffer(*id), offset: *offset })
     }
 
-    /// A bind group as the pipeline takes it, up to the first texture that `view` does not give.
+    /// The pipeline's form of a bind group, up to the first texture for which `view` returns `None`.
     fn bind_group(&self, entries: &[BindEntry], view: &impl Fn(&description::TextureView) -> Option<TextureView<'a>>) -> Vec<Binding<'a>> {
         let resolve = |entry: &BindEntry| {
             Some(match entry {
@@ -181,7 +185,7 @@ impl<'a> Resolver<'a> {
         entries.iter().map_while(resolve).collect()
     }
 
-    /// A frame's draw as the pipeline takes it.
+    /// The pipeline's form of a frame's draw.
     fn draw(
         &self,
         draw: &description::Draw,

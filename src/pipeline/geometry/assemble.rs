@@ -1,9 +1,9 @@
-//! Index fetch and primitive assembly: which vertices make up primitive `i` of a draw.
+//! Primitive assembly: the vertices or indices of primitive `i` of a draw.
 
 use crate::api::draw::IndexBuffer;
 use crate::api::state::PrimitiveTopology;
 
-/// Vertices of a primitive of this topology.
+/// Number of vertices of a primitive of this topology.
 pub(crate) fn vertices_per_primitive(topology: PrimitiveTopology) -> usize {
     match topology {
         PrimitiveTopology::PointList => 1,
@@ -12,7 +12,7 @@ pub(crate) fn vertices_per_primitive(topology: PrimitiveTopology) -> usize {
     }
 }
 
-/// Primitives that `vertices` vertices or indices make when nothing restarts.
+/// Number of primitives that `vertices` vertices or indices form without primitive restart.
 fn primitive_count(topology: PrimitiveTopology, vertices: u32) -> u32 {
     match topology {
         PrimitiveTopology::PointList => vertices,
@@ -23,17 +23,17 @@ fn primitive_count(topology: PrimitiveTopology, vertices: u32) -> u32 {
     }
 }
 
-/// Where the primitives of a draw begin.
+/// Start of each primitive of a draw.
 #[derive(Clone, Debug)]
 pub(crate) enum Assembly {
-    /// Primitive `i` follows from `i`.
+    /// Computed from the primitive's number.
     Regular { topology: PrimitiveTopology, count: u32 },
-    /// A strip that restarts: first element and parity of each primitive.
+    /// A strip with restarts: first vertex or index and parity of each primitive.
     Restarted { topology: PrimitiveTopology, starts: Vec<(u32, bool)> },
 }
 
 impl Assembly {
-    /// Looks through the indices of a strip for restarts [WebGPU: primitive restart is always on for indexed strips].
+    /// Scans the indices of a strip for restarts [WebGPU: primitive restart is always on for indexed strips].
     pub fn new(topology: PrimitiveTopology, index: Option<&IndexBuffer<'_>>, first: u32, vertices: u32) -> Self {
         let count = primitive_count(topology, vertices);
         if let Some(index) = index
@@ -59,7 +59,7 @@ impl Assembly {
         Self::Regular { topology, count }
     }
 
-    /// Primitives of one instance.
+    /// Number of primitives of one instance.
     pub fn count(&self) -> u32 {
         match self {
             Self::Regular { count, .. } => *count,
@@ -67,8 +67,8 @@ impl Assembly {
         }
     }
 
-    /// The places in a draw's vertices, or indices if it is indexed, that make up a primitive, provoking vertex first. Odd triangles of
-    /// a strip swap their last two, so that all wind the same way [Vulkan spec, triangle strips].
+    /// The positions of a primitive's vertices in the draw's range of vertices, or of indices if it is indexed; provoking vertex first. Odd triangles
+    /// of a strip swap their last two, so that all have the same winding [Vulkan spec, triangle strips].
     #[inline(always)]
     pub fn places(&self, primitive: u32) -> [u32; 3] {
         let (topology, start, odd) = match self {

@@ -1,16 +1,16 @@
-//! Bins: which primitives touch which tile, in submission order.
+//! Bins: lists of the primitives that touch each tile, in submission order.
 //!
-//! A chunk of primitives fills its own bins, so no locks are needed; a tile later walks the chunks in order. A bin holds
-//! the 64-byte set-up primitive itself, because small triangles are bound by memory latency and a stream of primitives in tile order beats chasing indices
-//! by a factor of two. A primitive over more than [`WIDE_TILES`] tiles is kept once, in a list that every tile merges with its own by sequence
-//! number; that bounds a chunk's memory.
+//! A chunk of primitives fills bins of its own, so no locks are needed; later a tile walks the chunks in order. A bin holds the 64-byte set-up
+//! primitive itself: small triangles are bound by memory latency, and reading a stream of primitives in tile order is twice as fast as following
+//! indices. A primitive that touches more than [`WIDE_TILES`] tiles is kept once, in a list that every tile merges with its own by sequence number;
+//! that bounds a chunk's memory.
 
 use crate::primitive::tile_primitive::{SetupPrimitive, TilePrimitive};
 
 /// Primitives per segment of a bin.
 const SEGMENT: usize = 16;
 
-/// Most tiles that a primitive is copied to.
+/// Most tiles that a primitive is copied to; beyond, it is kept once.
 pub(crate) const WIDE_TILES: u32 = 16;
 
 #[derive(Clone, Copy, Default)]
@@ -20,7 +20,7 @@ struct Bin {
     count: u32,
 }
 
-/// The bins of one chunk. Buffers are kept between frames.
+/// The bins of one chunk. Their allocations are kept between frames.
 #[derive(Default)]
 pub(crate) struct Bins {
     primitives: Vec<TilePrimitive>,
@@ -41,14 +41,14 @@ impl Bins {
         self.tiles_x = tiles_x;
     }
 
-    /// Bytes in use.
+    /// Bytes of all primitives in the bins.
     pub fn bytes(&self) -> usize {
         self.segments_used * SEGMENT * size_of::<TilePrimitive>()
             + self.bins.len() * size_of::<Bin>()
             + self.wide.len() * size_of::<SetupPrimitive>()
     }
 
-    /// Adds a primitive to every tile that it touches.
+    /// Adds a primitive to the bins of all tiles that it touches.
     #[inline(always)]
     pub fn insert(&mut self, primitive: &SetupPrimitive) {
         let r = primitive.bounds;
@@ -75,7 +75,7 @@ impl Bins {
         *self.next_slot(tile) = primitive;
     }
 
-    /// Where the next primitive of the tile in this row and column goes.
+    /// The place for the next primitive of the tile in this row and column.
     #[inline(always)]
     pub fn slot(&mut self, row: usize, column: usize) -> &mut TilePrimitive {
         self.next_slot(row * self.tiles_x + column)
@@ -103,7 +103,7 @@ impl Bins {
         &mut self.primitives[bin.tail as usize * SEGMENT + slot]
     }
 
-    /// The segments of a tile's bin, in order.
+    /// The primitives of a tile's bin in order, as slices.
     pub fn segments(&self, tile: usize) -> impl Iterator<Item = &[TilePrimitive]> {
         let bin = self.bins[tile];
         let mut segment = bin.head as usize;
@@ -120,7 +120,7 @@ impl Bins {
         })
     }
 
-    /// True if nothing touches the tile.
+    /// True if no primitive of the chunk touches the tile.
     pub fn is_untouched(&self, tile: usize) -> bool {
         self.bins[tile].count == 0 && self.wide.is_empty()
     }

@@ -19,7 +19,7 @@ use crate::geometry::stream_out::stream_out;
 use crate::geometry::vertex_stage::{gather_vertices, shade_vertices};
 use crate::geometry::viewport::ViewTransform;
 
-/// Runs a chunk.
+/// Runs the geometry phase of a chunk.
 pub(crate) fn process_chunk(context: &ChunkContext<'_>, parts: &[Part], out: &mut ChunkOutput, mut observer: Option<&mut dyn Observer>) {
     out.bins.reset(context.tiles_x, context.tile_count);
     out.attributes.clear();
@@ -79,12 +79,12 @@ fn process_part<S: Simd>(
     if !pipeline.desc.rasterizer_discard {
         rasterize(simd, context, part, pipeline, out, scratch, observer);
     }
-    // Repetitions count as if they had run.
+    // Each repetition counts as if the stages had run for it.
     let own = std::mem::replace(&mut out.statistics, earlier);
     (0..=repetitions).for_each(|_| out.statistics.add(&own));
 }
 
-/// From shaded vertices to tile primitives.
+/// The stages from shaded vertices to binned tile primitives.
 #[inline(always)]
 fn rasterize<S: Simd>(
     simd: S,

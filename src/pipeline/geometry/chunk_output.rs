@@ -1,4 +1,4 @@
-//! What a chunk of primitives hands to the tiles.
+//! Output of a chunk of primitives, for the tiles.
 
 use crate::api::draw::Draw;
 use crate::api::shader::clip_vertices::ClipVertices;
@@ -10,37 +10,37 @@ use crate::geometry::assemble::Assembly;
 use crate::geometry::bins::Bins;
 use crate::geometry::window_vertices::WindowVertices;
 
-/// What a part streamed out.
+/// Primitives that a part streamed out.
 pub(crate) struct Streamed {
     pub draw: u32,
-    /// Its vertices as floats.
+    /// Their vertices, as floats.
     pub data: Vec<f32>,
-    /// If they are points: their sizes.
+    /// Their sizes if they are points.
     pub sizes: Vec<f32>,
 }
 
-/// What a chunk hands to the tiles, and its own scratch. Kept between frames, because fresh pages are dear.
+/// Output of a chunk, and its scratch buffers. Kept between frames, because allocating fresh pages is expensive.
 #[derive(Default)]
 pub(crate) struct ChunkOutput {
     pub bins: Bins,
     pub attributes: Vec<PrimitiveAttributes>,
     pub varyings: Vec<f32>,
     pub statistics: PipelineStatistics,
-    /// Streamed primitives in order.
+    /// Streamed-out primitives of each part, in order.
     pub stream: Vec<Streamed>,
-    /// Tile primitives made so far.
+    /// Number of tile primitives made so far.
     pub sequence: u32,
     pub scratch: Scratch,
 }
 
 impl ChunkOutput {
-    /// Bytes that stay until the tiles have run.
+    /// Bytes that are in use until the tiles have run.
     pub fn bytes(&self) -> usize {
         self.bins.bytes() + self.attributes.len() * size_of::<PrimitiveAttributes>() + self.varyings.len() * 4
     }
 }
 
-/// Vertices of one part on their way through the stages.
+/// Vertices of one part, stage by stage.
 #[derive(Default)]
 pub(crate) struct Scratch {
     pub vertex_index: Vec<u32>,
@@ -54,9 +54,9 @@ pub(crate) struct Scratch {
     pub strips: Vec<u32>,
     pub emitted_from: Vec<u32>,
     pub window: WindowVertices,
-    /// Index to vertex of the part: direct-mapped.
+    /// Direct-mapped vertex cache: from index to the part's vertex.
     pub cache: Vec<CacheEntry>,
-    /// Number of the part that cache entries must have been made for.
+    /// Number of the current part: entries of other parts are invalid.
     pub cache_part: u32,
 }
 
@@ -67,11 +67,11 @@ pub(crate) struct CacheEntry {
     pub part: u32,
 }
 
-/// What the geometry phase needs to know of the pass.
+/// The pass, as the geometry phase needs it.
 pub(crate) struct ChunkContext<'a> {
     pub draws: &'a [Draw<'a>],
     pub assemblies: &'a [Assembly],
-    /// By draw: how many of those that follow repeat it.
+    /// By draw: how many of the following draws repeat it.
     pub repetitions: &'a [u32],
     pub execution: Execution,
     pub target: PixelRect,

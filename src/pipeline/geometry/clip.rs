@@ -1,7 +1,7 @@
 //! Clipping of triangles and lines in homogeneous coordinates (Sutherland and Hodgman 1974).
 //!
-//! A new vertex on an edge is computed the same way whichever of the two triangles that share the edge asks, so that meshes
-//! stay closed: from the inside end to the outside end, or by a rule that does not depend on direction.
+//! A new vertex on an edge is computed the same way for both triangles that share the edge, so meshes stay closed: always from the inside end to the
+//! outside end, or by a rule that is symmetric in the two ends.
 
 use crate::api::rules::{ClipArithmetic, ClipVolume};
 use crate::geometry::viewport::{MIN_W, ViewTransform};
@@ -9,13 +9,13 @@ use crate::primitive::clip_vertex::{ClipVertex, Plane};
 use crate::vendor::llvmpipe;
 use crate::vendor::swiftshader;
 
-/// A polygon never has more corners: three, and one more per plane.
+/// A polygon has at most this many corners: three, and one more per plane.
 pub(crate) const MAX_CORNERS: usize = 3 + 9;
 
 impl Plane {
-    /// Distance of a vertex as the arithmetic sees it: in f32, or before any rounding.
+    /// Signed distance of a vertex from the plane, in the precision of the arithmetic: f32, or f64 before any rounding.
     fn distance(&self, arithmetic: ClipArithmetic, vertex: &ClipVertex) -> f64 {
-        // `w` alone is the plane w >= MIN_W.
+        // Axis 3 is the plane `w >= MIN_W`.
         if arithmetic == ClipArithmetic::InsideToOutside {
             let v = &vertex.exact;
             if self.axis == 3 { v[3] + f64::from(self.offset) } else { f64::from(self.sign) * v[self.axis] + f64::from(self.scale) * v[3] }
@@ -26,7 +26,7 @@ impl Plane {
     }
 }
 
-/// The planes of a view, in the order in which the rules apply them.
+/// The clip planes of a view, in the order in which the rules apply them.
 fn planes(view: &ViewTransform, depth_clip: bool) -> ([Plane; 9], usize) {
     let plane = |axis, sign: f32, scale| Plane { axis, sign, scale, offset: 0.0 };
     let w = Plane { axis: 3, sign: 1.0, scale: 0.0, offset: -MIN_W };
@@ -66,8 +66,8 @@ fn planes(view: &ViewTransform, depth_clip: bool) -> ([Plane; 9], usize) {
     (list, count)
 }
 
-/// A vertex on the way from the inside to the outside end in f64, rounded only when all planes are done. An edge hundreds of metres long that passes the eye
-/// closely loses a tenth of a pixel in f32, enough to turn the piece next to it inside out.
+/// Interpolates from the inside to the outside end in f64; the result is rounded once, after all planes. In f32, an edge hundreds of metres long that
+/// passes close to the eye is off by a tenth of a pixel, enough to reverse the winding of the piece next to it.
 fn lerp_exact(inside: &ClipVertex, d_in: f64, outside: &ClipVertex, d_out: f64) -> ClipVertex {
     let t = d_in / (d_in - d_out);
     let exact: [f64; 4] = std::array::from_fn(|i| inside.exact[i] + t * (outside.exact[i] - inside.exact[i]));
@@ -88,7 +88,7 @@ fn intersect(arithmetic: ClipArithmetic, plane: &Plane, inside: &ClipVertex, d_i
     }
 }
 
-/// Clips a triangle; the polygon is empty if nothing is left.
+/// Clips a triangle. The polygon is empty if nothing is left.
 pub(crate) fn clip_triangle(view: &ViewTransform, depth_clip: bool, triangle: [[f32; 4]; 3]) -> ([ClipVertex; MAX_CORNERS], usize) {
     let mut polygon = [ClipVertex::default(); MAX_CORNERS];
     for (i, position) in triangle.into_iter().enumerate() {
@@ -105,7 +105,7 @@ pub(crate) fn clip_triangle(view: &ViewTransform, depth_clip: bool, triangle: [[
             let (a, b) = (&polygon[i], &polygon[(i + 1) % corners]);
             let (da, db) = (plane.distance(view.rules.clip_arithmetic, a), plane.distance(view.rules.clip_arithmetic, b));
             let mut keep = |v: ClipVertex| {
-                // A convex polygon gains at most one corner per plane; rounding must not gain more.
+                // A convex polygon gains at most one corner per plane; rounding must not add more.
                 if kept_count < MAX_CORNERS {
                     kept[kept_count] = v;
                     kept_count += 1;

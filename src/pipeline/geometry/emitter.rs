@@ -1,7 +1,7 @@
-//! The end of the geometry phase: assembled primitives become binned set-up primitives.
+//! The end of the geometry phase: from assembled primitives to binned set-up primitives.
 //!
-//! One at a time by `triangle.rs`, `point.rs` and `line.rs`, which define the result; small ones sixteen at a time by
-//! `small_triangles.rs` and `small_points.rs`, which give the same bits.
+//! `triangle.rs`, `point.rs` and `line.rs` set up one primitive at a time and define the result. `small_triangles.rs` and `small_points.rs` set up
+//! sixteen small ones at a time, with the same bits.
 
 use crate::api::observer::{Observer, PrimitiveEvent, PrimitiveOutcome};
 use crate::api::render_pipeline::RenderPipeline;
@@ -23,7 +23,7 @@ pub(crate) struct Emitter<'a> {
     pub view: ViewTransform,
     /// Pixels that the draw may change.
     pub scissor: PixelRect,
-    /// Where the part's varyings start in the chunk's.
+    /// Index of the part's first varying among the chunk's.
     pub varying_base: u32,
     pub clip: &'a ClipVertices,
     pub window: &'a WindowVertices,
@@ -69,7 +69,8 @@ impl Emitter<'_> {
         }
     }
 
-    /// Appends the varyings of a vertex that clipping made; flat ones stay the provoking vertex's.
+    /// Appends the varyings of a vertex that clipping made: the weighted mean of the primitive's vertices, or for flat varyings the provoking
+    /// vertex's.
     pub fn mixed_varyings(&mut self, vertices: [u32; 3], weights: [f32; 3]) -> u32 {
         if !self.pipeline.fragment.attributes {
             return 0;
@@ -103,7 +104,7 @@ impl Emitter<'_> {
         self.pipeline.depth.tests_depth() || self.pipeline.fragment.attributes || self.observer.is_some()
     }
 
-    /// The bias of a triangle of this slope whose depths at the vertices are `z`.
+    /// Depth bias of a triangle with this slope and with depths `z` at its vertices.
     pub fn depth_bias(&self, slope: f32, z: [f32; 3]) -> f32 {
         depth_bias(self.pipeline, slope, greatest_exponent(z))
     }

@@ -1,10 +1,10 @@
-//! Vertex buffers: decoding every WebGPU vertex format into the planar form that vertex shaders read.
+//! Vertex fetch: decodes every WebGPU vertex format to the planar form that vertex shaders read.
 
 use crate::api::draw::VertexBuffer;
 use crate::api::format::small_float::f16_to_f32;
 use crate::api::state::{VertexBufferLayout, VertexFormat, VertexStepMode};
 
-/// What a component's bytes mean.
+/// The encoding of a component.
 #[derive(Clone, Copy)]
 enum Component {
     Uint(usize),
@@ -17,7 +17,7 @@ enum Component {
     Double,
 }
 
-/// Number and meaning of a format's components; packed formats are handled apart.
+/// Number and encoding of a format's components; `None` for packed formats, which are handled separately.
 fn components(format: VertexFormat) -> Option<(usize, Component)> {
     use Component::*;
     use VertexFormat as F;
@@ -79,7 +79,7 @@ impl Component {
         }
     }
 
-    /// The number, or an integer's bits.
+    /// The component as f32; for integers, the bit pattern.
     fn decode(self, bytes: &[u8]) -> f32 {
         let size = self.size();
         let mut wide = [0u8; 8];
@@ -99,7 +99,7 @@ impl Component {
     }
 }
 
-/// The four numbers of an attribute; what the format lacks is 0, 0, 0, 1 (an integer 1 for integer formats).
+/// The four numbers of an attribute. Components that the format lacks are 0, 0, 0, 1 (for integer formats the integer 1).
 pub(crate) fn decode_attribute(format: VertexFormat, bytes: &[u8]) -> [f32; 4] {
     match format {
         VertexFormat::Unorm8x4Bgra => [2, 1, 0, 3].map(|i: usize| f32::from(bytes[i]) / 255.0),
@@ -120,8 +120,8 @@ pub(crate) fn decode_attribute(format: VertexFormat, bytes: &[u8]) -> [f32; 4] {
     }
 }
 
-/// Reads the attributes of some vertices into `[group of 16][location][component][16]`. Reading beyond a buffer
-/// gives zeros [WebGPU robust access].
+/// Reads the attributes of vertices into `[group of 16][location][component][16]`. Reads beyond the end of a buffer give zeros [WebGPU robust
+/// access].
 pub(crate) fn fetch_attributes(
     layouts: &[VertexBufferLayout],
     buffers: &[VertexBuffer<'_>],

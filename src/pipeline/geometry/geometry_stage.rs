@@ -1,4 +1,4 @@
-//! The geometry stage: replaces the primitives of a part by what the geometry shader makes of them.
+//! The geometry stage: runs the geometry shader on the primitives of a part.
 
 use crate::api::bindings::Bindings;
 use crate::api::draw::Draw;
@@ -10,7 +10,7 @@ use crate::geometry::assemble::vertices_per_primitive;
 use crate::geometry::chunk_output::Scratch;
 use crate::geometry::plan::Part;
 
-/// Replaces the part's vertices and primitives by what the geometry shader makes of them.
+/// Replaces the part's vertices and primitives by those that the geometry shader emits.
 pub(crate) fn run_geometry_stage(
     draw: &Draw<'_>,
     part: &Part,

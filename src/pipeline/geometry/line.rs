@@ -1,4 +1,4 @@
-//! Lines with width, one at a time.
+//! Setup of lines with width, one at a time.
 
 use crate::api::observer::PrimitiveOutcome;
 use crate::api::rules::{LineCorners, ViewportArithmetic};
@@ -13,7 +13,7 @@ use crate::primitive::tile_primitive::{SetupPrimitive, flag};
 use crate::primitive::window::{HALF, ONE, WindowVertex, outside};
 
 impl Emitter<'_> {
-    /// A line: the rectangle of its width around the segment, corners snapped, as two triangles [Vulkan spec, strict lines].
+    /// Sets up a line as two triangles: the rectangle of the line's width around the segment, with snapped corners [Vulkan spec, strict lines].
     pub fn line(&mut self, vertices: [u32; 2], id: u32) {
         let codes = vertices.map(|v| self.outcode(v));
         self.out.statistics.clipper_invocations += 1;
@@ -45,7 +45,7 @@ impl Emitter<'_> {
         let (p, q) = (position(&ends[0].window), position(&ends[1].window));
         let (dx, dy) = (q[0] - p[0], q[1] - p[1]);
         let length = (dx * dx + dy * dy).sqrt();
-        // Not-a-number has no direction either.
+        // A NaN length has no direction, either.
         if length.is_nan() || length <= 0.0 {
             return self.report(id, None, PrimitiveOutcome::ZeroArea);
         }
@@ -71,7 +71,7 @@ impl Emitter<'_> {
         self.line_half([quad[1], quad[3], quad[2]], id);
     }
 
-    /// One triangle of a line: like any other, but always in front and never culled.
+    /// Sets up one triangle of a line. It is always front-facing and never culled.
     fn line_half(&mut self, corners: [Corner; 3], id: u32) {
         let [w0, w1, w2] = [&corners[0].window, &corners[1].window, &corners[2].window];
         let area = double_area([w0, w1, w2]);

@@ -1,11 +1,11 @@
-//! How the draws of a pass are cut into chunks, which run the geometry phase in parallel. It depends on the draws alone, never on threads.
+//! Cuts the draws of a pass into chunks for the parallel geometry phase. The cut depends on the draws alone, never on the number of threads.
 
 use std::ops::Range;
 
 use crate::api::draw::Draw;
 use crate::geometry::assemble::Assembly;
 
-/// Fewest and most output primitives of a chunk. Between them a pass has about [`CHUNKS`].
+/// Fewest and most output primitives of a chunk. Within this range, a pass has about [`CHUNKS`] chunks.
 const CHUNK_PRIMITIVES: Range<u64> = 512..4_096;
 
 const CHUNKS: u64 = 48;
@@ -19,19 +19,19 @@ pub(crate) struct Part {
     pub count: u32,
 }
 
-/// Where a draw's primitives begin.
+/// Starts of a draw's primitives.
 pub(crate) fn assembly_of(draw: &Draw<'_>) -> Assembly {
     let elements = draw.vertices.end - draw.vertices.start;
     Assembly::new(draw.pipeline.desc.primitive.topology, draw.index.as_ref(), draw.vertices.start, elements)
 }
 
-/// How many primitives a geometry shader may make of one; without it, one.
+/// Most primitives that a geometry shader may emit per primitive; 1 without a geometry stage.
 pub(crate) fn geometry_weight(draw: &Draw<'_>) -> u64 {
     draw.pipeline.desc.program.geometry.as_ref().map_or(1, |g| g.max_vertices.max(1) as u64)
 }
 
-/// Cuts the draws into chunks of about equal work: a list of parts, and each chunk's range of it. A draw with repetitions stays whole, and those
-/// have no parts of their own.
+/// Cuts the draws into chunks of about equal work. Returns a list of parts, and each chunk's range of that list. A draw with repetitions is not cut,
+/// and its repetitions have no parts of their own.
 pub(crate) fn plan(draws: &[Draw<'_>], assemblies: &[Assembly], repetitions: &[u32]) -> (Vec<Part>, Vec<Range<usize>>) {
     let firsts = std::iter::successors(Some(0), |&draw: &usize| Some(draw + 1 + repetitions[draw] as usize).filter(|&d| d < draws.len()));
     let firsts = firsts.take(draws.len());

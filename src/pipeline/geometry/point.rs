@@ -1,4 +1,4 @@
-//! Point sprites of any size, one at a time.
+//! Setup of point sprites of any size, one at a time.
 
 use nephroid_math::lanes::Lanes;
 
@@ -13,11 +13,11 @@ use crate::primitive::tile_primitive::{SetupPrimitive, flag};
 use crate::primitive::window::{HALF, ONE, outside};
 
 impl Emitter<'_> {
-    /// A point sprite: the square of its size around the snapped centre, by the triangle's fill rule [D3D11.3 §3.4.6].
+    /// Sets up a point sprite: the square of the point's size around the snapped centre, by the fill rule of triangles [D3D11.3 §3.4.6].
     pub fn point(&mut self, vertex: u32, id: u32) {
         let (code, size) = (self.outcode(vertex), self.clip.point_size(vertex as usize));
         self.out.statistics.clipper_invocations += 1;
-        // Sprites are clipped by their centre, against depth alone.
+        // Sprites are clipped by their centre, against near, far and guard band alone.
         if code & (outside::NAN | self.view.point_clip_mask()) != 0 {
             return self.report(id, None, PrimitiveOutcome::Rejected);
         }
@@ -46,7 +46,7 @@ impl Emitter<'_> {
         });
     }
 
-    /// Interpolation data of a sprite that reaches `half` (1/256 pixel) around its centre.
+    /// Interpolation data of a sprite that extends `half` (1/256 pixel) around its centre.
     #[inline(always)]
     pub fn push_sprite(&mut self, vertex: u32, half: i32, id: u32) {
         let w = self.window.get(vertex as usize);
@@ -66,14 +66,14 @@ impl Emitter<'_> {
     }
 }
 
-/// Half the edge of a sprite in 1/256 pixel, a whole number; not-a-number becomes the least size.
+/// Half the edge of a sprite in 1/256 pixel, a whole number. NaN becomes the least size.
 #[inline(always)]
 pub(crate) fn half_size<L: Lanes>(size: L) -> L {
     let size = L::select(size.equals(size), size, size.like(0.0));
     (Lanes::clamp(size, 1.0 / 128.0, MAX_POINT_SIZE) * HALF as f32).round_ties_even()
 }
 
-/// [`pixel_bounds`] of a rectangle that does not own its right and lower edges.
+/// [`pixel_bounds`] of a rectangle without its right and lower edges.
 fn pixel_bounds_half_open(min: (i32, i32), max: (i32, i32), scissor: PixelRect) -> Option<PixelRect> {
     pixel_bounds(min, (max.0 - 1, max.1 - 1), scissor)
 }

@@ -1,7 +1,7 @@
-//! Draws that repeat the one before under other state: the same primitives, set up once and rasterized for each.
+//! Repeated draws: draws with the primitives of the draw before them, under other state. They are set up once and rasterized for each draw.
 //!
-//! Stencil volumes come in such pairs, one draw that counts and one that shades what was counted, a hundred thousand of them in a pass. Of a
-//! repeated draw every tile keeps the tile primitives until the next draw begins, and walks them again for each repetition.
+//! Stencil volumes come in such pairs, a hundred thousand of them in a pass: one draw that counts, and one that shades where the count is not zero.
+//! Every tile keeps the tile primitives of a repeated draw until the next draw begins, and walks them again for each repetition.
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use crate::api::bindings::Bindings;
 use crate::api::draw::Draw;
 use crate::api::render_pipeline::RenderPipeline;
 
-/// Most primitives of a draw that is repeated: they stay together in one chunk.
+/// Most primitives of a draw that can be repeated: they must fit into one chunk.
 pub(crate) const MOST_PRIMITIVES: u64 = 256;
 
-/// Whether two draws have the same primitives down to their tile primitives, but for what is done with their fragments.
+/// Whether two draws have the same tile primitives and differ only in what is done with their fragments.
 pub(crate) fn repeats(a: &Draw<'_>, b: &Draw<'_>) -> bool {
     same_draw(a, b) && (std::ptr::eq(a.pipeline, b.pipeline) || same_setup(a.pipeline, b.pipeline))
 }
@@ -38,7 +38,7 @@ fn same_draw(a: &Draw<'_>, b: &Draw<'_>) -> bool {
         && b.stream_out.is_none()
 }
 
-/// Whether pipelines make the same tile primitives of the same vertices, as far as both need them.
+/// Whether two pipelines make the same tile primitives from the same vertices, as far as both need them.
 fn same_setup(a: &RenderPipeline, b: &RenderPipeline) -> bool {
     let depth = |p: &RenderPipeline| p.desc.depth_stencil.as_ref().map(|d| (d.format, d.bias));
     Arc::ptr_eq(&a.desc.program, &b.desc.program)
@@ -50,7 +50,7 @@ fn same_setup(a: &RenderPipeline, b: &RenderPipeline) -> bool {
         && a.rules == b.rules
 }
 
-/// By draw: how many of those that follow repeat it. A repetition has none of its own.
+/// By draw: how many of the following draws repeat it. A repetition has 0.
 pub(crate) fn repetitions(draws: &[Draw<'_>], primitives: impl Fn(usize) -> u64) -> Vec<u32> {
     let mut counts = vec![0; draws.len()];
     let mut first = 0;
@@ -64,7 +64,7 @@ pub(crate) fn repetitions(draws: &[Draw<'_>], primitives: impl Fn(usize) -> u64)
     counts
 }
 
-/// Of the pipelines of a draw and its repetitions, one whose tile primitives serve all of them.
+/// The pipeline, among those of a draw and its repetitions, whose tile primitives serve all of them.
 pub(crate) fn most_demanding<'a>(draws: &'a [Draw<'a>]) -> &'a RenderPipeline {
     let demand = |p: &&RenderPipeline| (p.fragment.attributes, p.depth.tests_depth());
     draws[1..].iter().map(|draw| draw.pipeline).fold(draws[0].pipeline, |most, p| if demand(&p) > demand(&most) { p } else { most })

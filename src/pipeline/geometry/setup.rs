@@ -1,9 +1,9 @@
 //! Triangle setup: edge functions, depth plane and interpolation planes of one snapped triangle.
 //!
 //! With positions in 1/256 pixel and pixel centres at odd multiples of 128, the edge function of `a → b` at pixel (px, py) is
-//! `E = 256·(A·px + B·py) + K` with `A = a.y − b.y`, `B = b.x − a.x`. Its sign is that of `A·px + B·py + ⌊K/256⌋`, so edges are
-//! kept in whole pixels, exactly. The fill rule subtracts one from `K` for edges that are neither top nor left. Inside a tile that an edge
-//! crosses, the number fits 32 bits: `|A|, |B| ≤ 2^24`, so `63·(|A|+|B|) < 2^31`; an edge that does not cross the tile is dropped there.
+//! `E = 256·(A·px + B·py) + K` with `A = a.y − b.y`, `B = b.x − a.x`. Its sign is that of `A·px + B·py + ⌊K/256⌋`, so edges are exact in whole
+//! pixels. The fill rule subtracts one from `K` for edges that are neither top nor left. Inside a tile that an edge crosses, the value fits 32 bits:
+//! `|A|, |B| ≤ 2^24`, so `63·(|A|+|B|) < 2^31`. An edge that does not cross the tile is dropped there.
 
 use crate::api::render_pipeline::RenderPipeline;
 use crate::api::rules::{DepthPlane, SetupFrom};
@@ -32,7 +32,7 @@ pub(crate) fn edges(v: [&WindowVertex; 3]) -> Edges {
         let (from, to) = (v[i], v[(i + 1) % 3]);
         let a = from.fy - to.fy;
         let b = to.fx - from.fx;
-        // Going up is a left edge, going right without going down a top edge.
+        // An edge that goes up is a left edge; one that goes right and not down is a top edge.
         let top_left = a > 0 || (a == 0 && b > 0);
         let k = i64::from(a) * i64::from(HALF - from.fx) + i64::from(b) * i64::from(HALF - from.fy) - i64::from(!top_left);
         edges.a[i] = a;
@@ -55,8 +55,8 @@ pub(crate) fn pixel_bounds(min: (i32, i32), max: (i32, i32), scissor: PixelRect)
     (x0 < x1 && y0 < y1).then_some(PixelRect { x0: x0 as u32, y0: y0 as u32, x1: x1 as u32, y1: y1 as u32 })
 }
 
-/// The plane through three vertices by the pipeline's rules, and its bias. Rasterizers that add the bias last keep it apart, others
-/// have it in the plane. `clip` is needed by SwiftShader's choice of reference vertex.
+/// The depth plane through three vertices by the pipeline's rules, and its bias. Under rules that add the bias last, the two are kept apart;
+/// otherwise the plane contains the bias. SwiftShader's choice of the reference vertex needs `clip`.
 #[inline(always)]
 pub(crate) fn depth_plane(pipeline: &RenderPipeline, v: [&WindowVertex; 3], area: i64, clip: impl Fn() -> [[f32; 4]; 3]) -> (ZPlane, f32) {
     let z = [v[0].z, v[1].z, v[2].z];
@@ -73,7 +73,7 @@ pub(crate) fn depth_plane(pipeline: &RenderPipeline, v: [&WindowVertex; 3], area
         }
         DepthPlane::SwiftShader => {
             let (plane, deltas) = swiftshader::depth_plane(v, clip());
-            // The step follows the greatest of the first depth and the two differences to it.
+            // The unit follows from the greatest of the first depth and the two differences to it.
             let bias_exponent = greatest_exponent(deltas);
             (ZPlane { bias_exponent, ..plane }, depth_bias(pipeline, max_slope(&plane), bias_exponent))
         }
@@ -86,7 +86,7 @@ fn reference_plane(v: [&WindowVertex; 3], area: i64, z: [f32; 3]) -> ZPlane {
     ZPlane { base, dx, dy, anchor: frame.anchor, ..ZPlane::default() }
 }
 
-/// The planes that give vertices 1 and 2 their weight at a pixel.
+/// The planes of the screen-linear weights of vertices 1 and 2.
 #[inline(always)]
 pub(crate) fn interpolation_planes(rule: SetupFrom, v: [&WindowVertex; 3], area: i64) -> PrimitiveAttributes {
     let (l1, l2) = match rule {

@@ -1,9 +1,9 @@
 //! Setup of small triangles and sprites, sixteen at a time.
 //!
-//! A triangle that needs no clipping and is less than 64 pixels wide and high has edge functions that fit 32 bits from the corner of the tile where
-//! it starts, and touches at most four tiles; so does a sprite of that size. Everything up to their primitives is then arithmetic on lanes. What does
-//! not fit goes the long way (`Emitter::triangle`, `Emitter::point`), in its place in the order. Results are the same bits; `tests/pipeline`
-//! compares the two.
+//! A triangle that needs no clipping and is less than 64 pixels wide and high touches at most four tiles, and its edge functions, taken from the
+//! corner of the tile where it starts, fit 32 bits. The same holds for a sprite of that size. All steps up to their tile primitives are then
+//! arithmetic on lanes. Other primitives are set up one at a time (`Emitter::triangle`, `Emitter::point`), at their place in the order. Both ways
+//! give the same bits; `tests/pipeline` compares them.
 
 use fearless_simd::{ExtractToken, Simd, SimdBase, SimdMask, i32x16, mask32x16};
 
@@ -11,15 +11,15 @@ use crate::api::surface::TILE;
 use crate::geometry::emitter::Emitter;
 use crate::primitive::tile_primitive::TilePrimitive;
 
-/// Width and height, in 1/256 pixel, that a small triangle stays below.
+/// Bound on width and height of small triangles, in 1/256 pixel (exclusive).
 pub(crate) const SMALL: i32 = 1 << 14;
 
-/// The identity of each primitive of a part.
+/// The ids of the primitives of a part.
 #[derive(Clone, Copy)]
 pub(crate) enum Ids<'a> {
-    /// Consecutive from here.
+    /// Consecutive, from this one on.
     From(u32),
-    /// One each.
+    /// One in the list for each primitive.
     Listed(&'a [u32]),
 }
 
@@ -34,7 +34,7 @@ impl Ids<'_> {
 }
 
 impl Emitter<'_> {
-    /// Bounds, inclusive, cut to the scissor.
+    /// Bounds cut to the scissor; first and last column and row, inclusive.
     #[inline(always)]
     pub fn scissored<S: Simd>(&self, [x0, y0, x1, y1]: [i32x16<S>; 4]) -> [i32x16<S>; 4] {
         let (simd, s) = (x0.token(), self.scissor);
@@ -46,7 +46,8 @@ impl Emitter<'_> {
         ]
     }
 
-    /// Puts a small primitive (edge functions from the first pixel of the tile where its bounds start) into its tiles; `primitive` has the rest.
+    /// Adds a small primitive to the bins of its tiles. Its edge functions are given at the first pixel of the tile where its bounds start;
+    /// `primitive` holds all other fields.
     #[inline(always)]
     pub fn bin_small(&mut self, [x0, y0, x1, y1]: [i32; 4], a: [i32; 3], b: [i32; 3], c: [i32; 3], primitive: TilePrimitive) {
         let (tx0, ty0, tx1, ty1) = (x0 >> 6, y0 >> 6, x1 >> 6, y1 >> 6);

@@ -10,7 +10,7 @@ use crate::primitive::tile_primitive::{TilePrimitive, flag};
 use crate::primitive::window::{HALF, outside};
 
 impl Emitter<'_> {
-    /// All points of a part.
+    /// Sets up all points of a part.
     #[inline(always)]
     pub fn points<S: Simd>(&mut self, simd: S, primitives: &[[u32; 3]], ids: Ids<'_>) {
         if self.observer.is_some() {
@@ -24,7 +24,7 @@ impl Emitter<'_> {
         }
     }
 
-    /// Up to sixteen points.
+    /// Sets up at most sixteen points.
     #[inline(always)]
     fn sprites<S: Simd>(&mut self, simd: S, primitives: &[[u32; 3]], ids: Ids<'_>, first: usize) {
         let (mut fx, mut fy, mut outcode) = ([0; GROUP], [0; GROUP], [0; GROUP]);
@@ -46,7 +46,7 @@ impl Emitter<'_> {
         let used = if primitives.len() == GROUP { 0xffff } else { (1u32 << primitives.len()) - 1 };
         let unclipped = bits((outcode & i32::from(outside::NAN | self.view.point_clip_mask())).simd_eq(zero));
         let small = bits(half.simd_lt(i32x16::splat(simd, SMALL / 2)));
-        // A sprite does not own its right and lower edges.
+        // The square's right and lower edges do not belong to the sprite.
         let bounds = self.scissored([
             (x - half + (HALF - 1)) >> 8,
             (y - half + (HALF - 1)) >> 8,

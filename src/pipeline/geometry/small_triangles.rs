@@ -17,27 +17,27 @@ struct Corners {
     fx: [[i32; GROUP]; 3],
     fy: [[i32; GROUP]; 3],
     z: [[f32; GROUP]; 3],
-    /// Outcode bits that any corner has, and that all have.
+    /// Outcode bits that at least one corner has, and bits that all corners have.
     any: [i32; GROUP],
     all: [i32; GROUP],
 }
 
-/// What becomes of sixteen triangles; masks have one bit per lane.
+/// Results for sixteen triangles; masks have one bit per lane.
 struct Setup {
-    /// Set up here, with pixels to cover.
+    /// Small triangles with pixels to cover, set up here.
     drawn: u32,
-    /// Not small, with pixels to cover.
+    /// Triangles with pixels to cover that are not small.
     large: u32,
-    /// To be clipped.
+    /// Triangles that must be clipped.
     clipped: u32,
     front: u32,
-    /// Bounds that the scissor has cut.
+    /// Triangles whose bounds the scissor has cut.
     cut: u32,
     /// Twice the signed area in 1/65536 pixel².
     area: [i64; GROUP],
     /// First and last column and row, inclusive: x0, y0, x1, y1.
     bounds: [[i32; GROUP]; 4],
-    /// Edge functions: per pixel right, per pixel down, and at the first pixel of the tile where the bounds start.
+    /// Edge functions: change per pixel right (a), per pixel down (b), and value at the first pixel of the tile where the bounds start (c).
     a: [[i32; GROUP]; 3],
     b: [[i32; GROUP]; 3],
     c: [[i32; GROUP]; 3],
@@ -82,7 +82,7 @@ impl Frames {
         }
     }
 
-    /// The planes through these values at the corners, `[corner][lane]`.
+    /// The planes through three values at the corners, `[corner][lane]`.
     #[inline(always)]
     fn planes(&self, values: &[[f32; GROUP]; 3]) -> Planes {
         let mut planes = [[0.0; GROUP]; 3];
@@ -109,7 +109,7 @@ impl Planes {
 }
 
 impl Emitter<'_> {
-    /// All triangles of a part.
+    /// Sets up all triangles of a part.
     #[inline(always)]
     pub fn triangles<S: Simd>(&mut self, simd: S, primitives: &[[u32; 3]], ids: Ids<'_>) {
         let rules = self.pipeline.rules;
@@ -146,7 +146,7 @@ impl Emitter<'_> {
         corners
     }
 
-    /// Rejects, culls and sets up the first `count` lanes, and counts what is dropped.
+    /// Rejects, culls and sets up the first `count` lanes, and counts the triangles that are dropped.
     #[inline(always)]
     fn set_up<S: Simd>(&mut self, simd: S, corners: &Corners, count: usize) -> Setup {
         let zero = i32x16::splat(simd, 0);
@@ -170,7 +170,7 @@ impl Emitter<'_> {
             let from_first = |at: &[[i32; GROUP]; 3], corner: usize| i64::from(at[corner][lane]) - i64::from(at[0][lane]);
             let (bx, cx) = (from_first(&corners.fx, 1), from_first(&corners.fx, 2));
             let (by, cy) = (from_first(&corners.fy, 1), from_first(&corners.fy, 2));
-            // Only where a corner is out of range, and will be clipped, does this wrap.
+            // The product wraps only if a corner is out of range, and then the triangle will be clipped.
             area[lane] = bx.wrapping_mul(cy).wrapping_sub(cx.wrapping_mul(by));
             positive |= u32::from(area[lane] > 0) << lane;
             negative |= u32::from(area[lane] < 0) << lane;
@@ -232,7 +232,7 @@ impl Emitter<'_> {
         setup
     }
 
-    /// Makes the tile primitives, in order.
+    /// Makes the tile primitives, in submission order.
     #[inline(always)]
     fn emit(&mut self, setup: &Setup, corners: &Corners, primitives: &[[u32; 3]], ids: Ids<'_>, first: usize) {
         let (needs_depth, attributes) = (self.needs_depth(), self.pipeline.fragment.attributes);
@@ -269,7 +269,7 @@ impl Emitter<'_> {
                 let corner_z = [corners.z[0][lane], corners.z[1][lane], corners.z[2][lane]];
                 let bias = self.depth_bias(max_slope(&plane), corner_z);
                 plane.base += bias;
-                // Never more pixels than this from the anchor; a larger number only asks for a clamp that changes nothing.
+                // An upper bound on the distance from the anchor. A larger bound only requests a clamp that changes nothing.
                 let pixels = (2 * (SMALL >> 8)) as f32 + plane.anchor_slack();
                 if plane.may_leave(self.view.depth_range, corner_z, bias, pixels) {
                     flags |= flag::CLAMP_Z;

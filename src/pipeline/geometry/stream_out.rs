@@ -1,4 +1,4 @@
-//! Stream-out: the primitives of a part, vertex by vertex.
+//! Stream-out: writes the primitives of a part, vertex by vertex.
 
 use crate::api::format::nan::one_nan;
 use crate::api::render_pipeline::RenderPipeline;
@@ -16,7 +16,7 @@ pub(crate) fn stream_out(pipeline: &RenderPipeline, draw: u32, scratch: &Scratch
             let v = vertex as usize;
             data.extend(scratch.clip.get(v).map(one_nan));
             let varyings = &scratch.varyings[v * scalars..(v + 1) * scalars];
-            // A flat varying may be the bits of an integer.
+            // The bits of a flat varying may be those of an integer, so its NaNs are kept.
             let stored = |(&value, mode)| if mode == &Interpolation::Flat { value } else { one_nan(value) };
             data.extend(varyings.iter().zip(&pipeline.interpolation).map(stored));
         }

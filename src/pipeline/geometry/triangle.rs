@@ -1,4 +1,4 @@
-//! Triangles of any size, one at a time: clipped, culled and set up.
+//! Setup of triangles of any size, one at a time: clip, cull, set up.
 
 use crate::api::observer::PrimitiveOutcome;
 use crate::api::rules::{ClipArithmetic, ClipVolume, DepthPlane};
@@ -15,7 +15,7 @@ use crate::vendor::outline::{Outline, outline};
 use crate::vendor::swiftshader::winds_counter_clockwise;
 
 impl Emitter<'_> {
-    /// A triangle of any size: the definition that `small.rs` follows.
+    /// Sets up a triangle of any size. This is the definition; `small.rs` gives the same bits.
     #[inline(never)]
     pub fn triangle(&mut self, vertices: [u32; 3], id: u32) {
         let codes = vertices.map(|v| self.outcode(v));
@@ -36,11 +36,11 @@ impl Emitter<'_> {
         self.window_triangle(&corners, &corners, id, false);
     }
 
-    /// Clips, gives every new corner its varyings, and draws the polygon as a fan.
+    /// Clips a triangle, interpolates the varyings of new corners, and sets up the polygon's triangles.
     fn clipped_triangle(&mut self, vertices: [u32; 3], id: u32) {
         let triangle = vertices.map(|v| self.clip.get(v as usize));
         let (polygon, count) = clip_triangle(&self.view, self.depth_clip(), triangle);
-        // Coordinates near the greatest f32 overflow on the way.
+        // Coordinates near the greatest f32 overflow during clipping.
         if count < 3 || polygon[..count].iter().any(|v| !is_finite(v.position)) {
             return self.report(id, None, PrimitiveOutcome::Rejected);
         }
@@ -68,14 +68,14 @@ impl Emitter<'_> {
         for piece in pieces {
             self.out.statistics.clipper_primitives_out += 1;
             let piece = piece.map(|k| corners[k]);
-            // SwiftShader lays its planes through the corners before clipping, wherever those are.
+            // SwiftShader computes planes from the corners before clipping, wherever they lie.
             let uncut = self.view.rules.depth_plane == DepthPlane::SwiftShader;
             let planes = if uncut { vertices.map(|v| self.corner(v)) } else { piece };
             self.window_triangle(&piece, &planes, id, true);
         }
     }
 
-    /// Rows of pixels of a triangle whose planes go through these corners.
+    /// Sets up the rows of pixels of a clipped triangle. The planes go through the corners `planes`.
     fn outlined_triangle(&mut self, planes: &[Corner; 3], rows: &[PixelRect], counter_clockwise: bool, id: u32) {
         let front = counter_clockwise == (self.pipeline.desc.primitive.front_face == FrontFace::Ccw);
         if self.is_culled(front) {
@@ -104,7 +104,7 @@ impl Emitter<'_> {
         }
     }
 
-    /// A triangle with what it is interpolated from: depth and attributes at the corners `planes`, itself or what it is a piece of.
+    /// Sets up a triangle. Depth and attributes are interpolated from the corners `planes`: the triangle itself, or the one that it is a piece of.
     fn window_triangle(&mut self, corners: &[Corner; 3], planes: &[Corner; 3], id: u32, clipped: bool) {
         let [w0, w1, w2] = [&corners[0].window, &corners[1].window, &corners[2].window];
         let area = double_area([w0, w1, w2]);
@@ -126,7 +126,7 @@ impl Emitter<'_> {
             self.report(id, at(), PrimitiveOutcome::Rasterized { clipped, front_facing: front });
         }
         let mut flags = if front { 0 } else { flag::BACK };
-        // The scissor cuts inside the triangle's own bounds: coverage must be masked.
+        // The scissor cuts the triangle's bounds, so coverage must be masked.
         if pixel_bounds(min, max, PixelRect { x0: 0, y0: 0, x1: 1 << 20, y1: 1 << 20 }) != Some(bounds) || min.0 < 0 || min.1 < 0 {
             flags |= flag::RECT;
         }
@@ -137,7 +137,7 @@ impl Emitter<'_> {
             let bias;
             (z, bias) = depth_plane(self.pipeline, at, double_area(at), || planes.map(|c| c.clip));
             let pixels = ((max.0 - min.0) + (max.1 - min.1)) as f32 / 256.0 + z.anchor_slack();
-            // The plane of a triangle that was cut may be anything where the corners are that are gone.
+            // The plane of a clipped triangle may have any value at corners that were cut off.
             let uncut = clipped && self.pipeline.rules.depth_plane == DepthPlane::SwiftShader;
             if uncut || z.may_leave(self.view.depth_range, depths, bias, pixels) {
                 flags |= flag::CLAMP_Z;
@@ -163,10 +163,10 @@ pub(crate) fn is_finite(position: [f32; 4]) -> bool {
     position.iter().all(|c| c.is_finite())
 }
 
-/// Cuts a clipped polygon into triangles that all wind like it, by cutting off ears.
+/// Cuts a clipped polygon into triangles with its own winding, ear by ear.
 ///
-/// The polygon is convex before its corners are snapped and may be dented by a unit after, over an edge that reaches to the guard band: a fan
-/// would then turn a triangle inside out and cover its pixels again. Ears of the snapped outline tile it exactly.
+/// The polygon is convex before its corners are snapped. Snapping may dent it by a unit, at an edge that reaches to the guard band; a fan would then
+/// reverse a triangle and cover its pixels twice. The ears of the snapped outline cover the polygon exactly once.
 fn ears(corners: &[Corner]) -> Vec<[usize; 3]> {
     let area = |a: usize, b: usize, c: usize| double_area([&corners[a].window, &corners[b].window, &corners[c].window]);
     let mut left: Vec<usize> = (0..corners.len()).collect();
@@ -180,7 +180,7 @@ fn ears(corners: &[Corner]) -> Vec<[usize; 3]> {
             let inside = |q: usize| area(a, b, q) * sign > 0 && area(b, c, q) * sign > 0 && area(c, a, q) * sign >= 0;
             area(a, b, c) * sign >= 0 && !left.iter().any(|&q| q != a && q != b && q != c && inside(q))
         };
-        // An outline that crosses itself has no ear left; what remains is cut anyhow.
+        // A self-intersecting outline may have no ear; then the first corner is cut.
         let k = (0..count).find(is_ear).unwrap_or(0);
         let (a, b, c) = neighbours(k);
         pieces.push([a, b, c]);

@@ -8,10 +8,10 @@ use crate::geometry::chunk_output::{CacheEntry, ChunkContext, Scratch};
 use crate::geometry::fetch::fetch_attributes;
 use crate::geometry::plan::Part;
 
-/// Entries of the vertex cache. Two indices that collide are shaded twice; the result is the same.
+/// Entries of the vertex cache. Vertices whose indices collide are shaded again, with the same result.
 const CACHE: usize = 4096;
 
-/// Lists the vertices that the part's primitives use, each once, and the primitives in terms of that list.
+/// Lists each vertex of the part's primitives once, and the primitives as indices into that list.
 pub(crate) fn gather_vertices(draw: &Draw<'_>, assembly: &Assembly, part: &Part, scratch: &mut Scratch) {
     scratch.vertex_index.clear();
     scratch.primitives.clear();
@@ -19,7 +19,7 @@ pub(crate) fn gather_vertices(draw: &Draw<'_>, assembly: &Assembly, part: &Part,
     let ids = part.first..part.first + part.count;
     match (&draw.index, assembly) {
         (None, Assembly::Regular { topology, .. }) => {
-            // Elements are consecutive: no cache needed.
+            // Indices are consecutive: no cache is needed.
             let start = assembly.places(part.first)[0];
             let last = assembly.places(part.first + part.count - 1);
             let per_primitive = vertices_per_primitive(*topology);

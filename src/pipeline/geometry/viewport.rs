@@ -1,4 +1,4 @@
-//! Clip coordinates to framebuffer coordinates: divide, viewport, snap; and which clip planes a vertex is outside of.
+//! Clip coordinates to framebuffer coordinates: divide, viewport, snap; and outcodes against the clip planes.
 
 use nephroid_math::lanes::Lanes;
 
@@ -6,16 +6,16 @@ use crate::api::rules::{ClipVolume, RasterRules, ViewportArithmetic};
 use crate::api::state::{PixelRect, Viewport};
 use crate::primitive::window::{GUARD_PX, HALF, ONE, WindowVertex, outside};
 
-/// Part of that which vertices leave free: half the greatest line width, and a pixel for rounding.
+/// Margin inside the guard band that vertices keep free: half the greatest line width, and a pixel for rounding.
 const GUARD_MARGIN_PX: f32 = 513.0;
 
-/// Snapped coordinates of vertices that clipping made stay within ± this, whatever rounding did to a `w` near zero.
+/// Snapped coordinates of vertices that clipping made are clamped to ± this, because rounding near `w = 0` may move them anywhere.
 const LIMIT: i32 = GUARD_PX as i32 * ONE;
 
-/// Least `w` that is divided by. Vertices nearer to the eye plane are clipped to it.
+/// Least `w` for the perspective divide. Primitives are clipped to the plane `w = MIN_W`.
 pub(crate) const MIN_W: f32 = 1.0 / 16_777_216.0;
 
-/// Vertices in framebuffer coordinates, before the last step of snapping.
+/// Vertices in framebuffer coordinates, before snapping.
 pub(crate) struct WindowLanes<L> {
     /// x and y in whole units of the sub-pixel grid.
     pub units: [L; 2],
@@ -25,7 +25,7 @@ pub(crate) struct WindowLanes<L> {
     pub inv_w: L,
 }
 
-/// A draw's viewport and rules, ready to apply.
+/// A draw's viewport and rules, in the form that the transform needs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ViewTransform {
     pub rules: RasterRules,
@@ -55,18 +55,18 @@ impl ViewTransform {
         }
     }
 
-    /// Pixels that may change: inside the viewport where the guard band lets primitives reach beyond it, else all.
+    /// The pixels that a draw may change. With the guard band this is the viewport, because primitives are not clipped to it; otherwise all pixels.
     pub fn pixels(&self) -> PixelRect {
         if self.rules.clip_volume == ClipVolume::Frustum {
             return PixelRect::full(u32::MAX, u32::MAX);
         }
-        // Pixel centres in the half-open viewport. The casts saturate.
+        // Pixels whose centres are in the half-open viewport. The casts saturate.
         let first = |axis: usize| (self.translate[axis] - self.scale[axis].abs() - 0.5).ceil() as u32;
         let end = |axis: usize| (self.translate[axis] + self.scale[axis].abs() - 0.5).ceil() as u32;
         PixelRect { x0: first(0), y0: first(1), x1: end(0), y1: end(1) }
     }
 
-    /// Planes that must be clipped against geometrically if a vertex is outside of them.
+    /// Outcode bits of the planes that primitives are clipped against geometrically.
     pub fn clip_mask(&self) -> u8 {
         match self.rules.clip_volume {
             ClipVolume::GuardBand => outside::NEAR | outside::FAR | outside::GUARD,
@@ -74,16 +74,17 @@ impl ViewTransform {
         }
     }
 
-    /// Planes behind which a point is dropped. Its square reaches inside where its centre lies a little beside the frustum.
+    /// Outcode bits of the planes behind which a point is dropped. Side planes are not among them: the square of a centre slightly outside may reach
+    /// inside.
     pub fn point_clip_mask(&self) -> u8 {
         outside::NEAR | outside::FAR | outside::GUARD
     }
 
-    /// Which clip-space positions are outside of which plane, by its bit.
+    /// Outcodes of clip-space positions: one bit for each plane that a position is outside of.
     #[inline(always)]
     pub fn outside<L: Lanes>(&self, [x, y, z, w]: [L; 4]) -> [(L::Mask, u8); 8] {
         let (zero, most) = (x.like(0.0), x.like(f32::MAX));
-        // Written so that not-a-number is outside.
+        // The comparison is written so that NaN is outside.
         let finite = x.abs().le(most) & y.abs().le(most) & z.abs().le(most) & w.abs().le(most);
         let guard = w.lt(x.like(MIN_W)) | x.abs().gt(w * self.guard[0]) | y.abs().gt(w * self.guard[1]);
         let clips_depth = if self.depth_clip { zero.equals(zero) } else { zero.lt(zero) };
@@ -99,12 +100,12 @@ impl ViewTransform {
         ]
     }
 
-    /// Signed distances to the clip planes in the order of `clip.rs`, inside positive.
+    /// Scale of the guard band in x and y, clip space: outside where `|x| > guard·w`.
     pub fn guard(&self) -> [f32; 2] {
         self.guard
     }
 
-    /// Divide and viewport. `made_by_clipping`: new vertices round differently under the llvmpipe rules.
+    /// Divides and applies the viewport. `made_by_clipping`: under the llvmpipe rules such vertices are rounded in another way.
     #[inline(always)]
     pub fn window<L: Lanes>(&self, [x, y, z, w]: [L; 4], made_by_clipping: bool) -> WindowLanes<L> {
         let inv_w = x.like(1.0) / w;
@@ -114,7 +115,7 @@ impl ViewTransform {
         WindowLanes { units: [ux, uy], pixels: [px, py], z, inv_w }
     }
 
-    /// A normalized coordinate in pixels, and in whole units of the sub-pixel grid from [`Self::grid_origin`].
+    /// A normalized coordinate in pixels, and in whole units of the sub-pixel grid from [`Self::grid_origin`] on.
     #[inline(always)]
     fn axis<L: Lanes>(&self, n: L, axis: usize, fused: bool) -> (L, L) {
         let (scale, translate) = (self.scale[axis], self.translate[axis]);
@@ -128,19 +129,19 @@ impl ViewTransform {
         (pixels, snapped.round_ties_even())
     }
 
-    /// 1/256 pixels per unit of the sub-pixel grid.
+    /// Size of a unit of the sub-pixel grid, in 1/256 pixel.
     #[inline(always)]
     pub fn grid_unit(&self) -> i32 {
         ONE >> self.rules.subpixel_bits
     }
 
-    /// Where the sub-pixel grid starts, in 1/256 pixel.
+    /// Origin of the sub-pixel grid, in 1/256 pixel.
     #[inline(always)]
     pub fn grid_origin(&self) -> i32 {
         if self.rules.viewport == ViewportArithmetic::Prescaled { HALF } else { 0 }
     }
 
-    /// A vertex that clipping made, in framebuffer coordinates.
+    /// Framebuffer coordinates of a vertex that clipping made.
     pub fn clipped_vertex(&self, position: [f32; 4]) -> WindowVertex {
         let window = self.window(position, true);
         // The casts saturate.

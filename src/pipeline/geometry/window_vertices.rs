@@ -54,7 +54,7 @@ impl WindowVertices {
         self.groups[vertex / GROUP].outcode[vertex % GROUP] as u8
     }
 
-    /// Divide, viewport, snap and outcode of all vertices.
+    /// Divides, applies the viewport, snaps and computes the outcodes of all vertices.
     #[inline(always)]
     pub fn transform<S: Simd>(&mut self, simd: S, view: &ViewTransform, clip: &ClipVertices) {
         self.groups.resize(clip.groups.len(), WindowGroup::default());

@@ -5,11 +5,11 @@
 pub(crate) struct ClipVertex {
     /// Clip-space position.
     pub position: [f32; 4],
-    /// The same before rounding, for the reference arithmetic.
+    /// The same position before rounding, for the reference arithmetic.
     pub exact: [f64; 4],
-    /// Weights of the primitive's vertices.
+    /// Barycentric weights in the primitive's original vertices.
     pub weights: [f32; 3],
-    /// Which vertex it is, if clipping did not make it.
+    /// Number of the original vertex; `None` if clipping made the corner.
     pub original: Option<u8>,
 }
 

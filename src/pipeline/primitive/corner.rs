@@ -2,7 +2,7 @@
 
 use crate::primitive::window::WindowVertex;
 
-/// A corner after clipping: where it is and where its varyings start.
+/// A corner after clipping: its window vertex, its clip position, and the index of its first varying.
 #[derive(Clone, Copy)]
 pub(crate) struct Corner {
     pub window: WindowVertex,

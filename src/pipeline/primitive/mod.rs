@@ -1,4 +1,4 @@
-//! What one phase hands to the next: vertices in framebuffer coordinates, linear functions over a triangle, set-up primitives. Plain data.
+//! Data that one phase hands to the next: vertices in framebuffer coordinates, linear functions over a triangle, set-up primitives.
 
 pub(crate) mod clip_vertex;
 pub(crate) mod corner;

@@ -4,19 +4,19 @@ use crate::api::state::PixelRect;
 use crate::api::surface::TILE;
 use crate::primitive::planes::{Edges, ZPlane};
 
-/// [`TilePrimitive::flags`].
+/// Bits of [`TilePrimitive::flags`].
 pub(crate) mod flag {
-    /// Edge `i` (bit `i`) is not negative anywhere in the tile.
+    /// Bit `i` is set if edge function `i` is not negative anywhere in the tile.
     pub const ACCEPT: u32 = 7;
-    /// Coverage must be cut to the primitive's bounds.
+    /// Coverage must be masked by the primitive's bounds.
     pub const RECT: u32 = 8;
     /// Depth may leave the viewport's range and must be clamped.
     pub const CLAMP_Z: u32 = 16;
-    /// The primitive faces away.
+    /// The primitive is back-facing.
     pub const BACK: u32 = 32;
-    /// First bit of the depth anchor's sixteenths, four for x, then four for y.
+    /// First bit of the sixteenths of a pixel of the depth anchor: four bits for x, then four for y.
     pub const SIXTEENTHS: u32 = 8;
-    /// First of eight bits: the exponent of the bias' unit, for rules that add the bias last.
+    /// First of eight bits: the exponent that gives the unit of the bias, for rules that add the bias last.
     pub const BIAS_EXPONENT: u32 = 16;
 }
 
@@ -24,21 +24,21 @@ pub(crate) mod flag {
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(crate) struct TilePrimitive {
-    /// Edge functions at the tile's first pixel.
+    /// Values of the edge functions at the tile's first pixel.
     pub c: [i32; 3],
-    /// Per pixel right, edges 0 and 1; the three sum to zero.
+    /// Change of edge functions 0 and 1 per pixel right; the three changes sum to zero.
     pub a: [i32; 2],
-    /// Per pixel down.
+    /// Change of edge functions 0 and 1 per pixel down.
     pub b: [i32; 2],
-    /// Depth at the anchor, per pixel right, per pixel down.
+    /// Depth plane: value at the anchor, change per pixel right and per pixel down.
     pub z: [f32; 3],
     /// The depth plane's anchor in pixels of the target.
     pub anchor: [i16; 2],
     /// First and last column and row, in pixels of the tile: x0, y0, x1, y1, inclusive.
     pub bounds: [u8; 4],
-    /// Which draw of the pass.
+    /// Number of the draw in the pass.
     pub draw: u32,
-    /// Which entry of the chunk's interpolation data.
+    /// Index in the chunk's interpolation data.
     pub attributes: u32,
     /// Place in the chunk's submission order.
     pub sequence: u32,
@@ -59,7 +59,7 @@ pub(crate) struct SetupPrimitive {
     pub flags: u32,
 }
 
-/// A pixel rectangle that can be default; half-open.
+/// A half-open pixel rectangle with a default value.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PixelRectI {
     pub x0: i32,
@@ -75,7 +75,7 @@ impl From<PixelRect> for PixelRectI {
 }
 
 impl SetupPrimitive {
-    /// The primitive for a tile, or `None` if the bounds do not touch it or an edge excludes it.
+    /// Cuts the primitive to a tile; `None` if the bounds do not touch the tile or an edge excludes it.
     #[inline(always)]
     pub fn in_tile(&self, [tx, ty]: [i32; 2]) -> Option<TilePrimitive> {
         let r = self.bounds;
@@ -83,7 +83,7 @@ impl SetupPrimitive {
         if touches { self.primitive(tx, ty) } else { None }
     }
 
-    /// The primitive for tile (tx, ty), which the bounds touch; `None` if an edge excludes the whole tile.
+    /// Cuts the primitive to tile (tx, ty), which the bounds must touch; `None` if an edge excludes the whole tile.
     #[inline(always)]
     pub fn primitive(&self, tx: i32, ty: i32) -> Option<TilePrimitive> {
         let (x0, y0) = (tx * TILE as i32, ty * TILE as i32);

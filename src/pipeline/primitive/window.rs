@@ -1,9 +1,9 @@
 //! Vertices in framebuffer coordinates.
 
-/// One pixel in sub-pixel units; coordinates are kept in 1/256 pixel whatever the rules' precision.
+/// Sub-pixel units per pixel. Coordinates are kept in 1/256 pixel, whatever the precision of the rules is.
 pub(crate) const ONE: i32 = 256;
 
-/// Half a pixel: where centres are.
+/// Sub-pixel units of half a pixel, where centres are.
 pub(crate) const HALF: i32 = 128;
 
 /// Framebuffer coordinates stay within ± this many pixels, so that edge functions fit 64 bits and differences 25.
@@ -20,13 +20,13 @@ pub(crate) struct WindowVertex {
     pub x: f32,
     /// Position in pixels before snapping.
     pub y: f32,
-    /// Depth, viewport range applied, before the clamp.
+    /// Depth in the viewport's range, before the clamp.
     pub z: f32,
     /// 1/w.
     pub inv_w: f32,
 }
 
-/// Outcode bits: outside which plane.
+/// Outcode bits: one for each plane that a vertex is outside of.
 pub(crate) mod outside {
     pub const LEFT: u8 = 1;
     pub const RIGHT: u8 = 2;
@@ -34,9 +34,9 @@ pub(crate) mod outside {
     pub const TOP: u8 = 8;
     pub const NEAR: u8 = 16;
     pub const FAR: u8 = 32;
-    /// Beyond the guard band, or w too small.
+    /// Beyond the guard band, or `w` too small for the divide.
     pub const GUARD: u8 = 64;
-    /// A coordinate is not a number, for which D3D drops the primitive [D3D11.3 §15.16.1], or infinite, from which no edge can be drawn.
+    /// A coordinate is NaN, for which D3D drops the primitive [D3D11.3 §15.16.1], or infinite, for which no edge function exists.
     pub const NAN: u8 = 128;
     pub const FRUSTUM: u8 = 63;
 }

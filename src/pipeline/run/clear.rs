@@ -1,4 +1,4 @@
-//! Clearing of attachments, tile by tile.
+//! Clears attachments, tile by tile.
 
 use crate::api::format::depth::quantize_depth;
 use crate::api::format::facts::format_info;
@@ -8,7 +8,7 @@ use crate::api::state::LoadOp;
 use crate::api::surface::TILE_PIXELS;
 use crate::tile::targets::TileTargets;
 
-/// What attachments hold before the first draw.
+/// Values of attachments before the first draw.
 pub(crate) struct Clears {
     color: Vec<Option<[f32; 4]>>,
     depth: Option<f32>,
@@ -17,7 +17,7 @@ pub(crate) struct Clears {
 
 impl Clears {
     pub fn of(pass: &Pass<'_>) -> Self {
-        // Clear values round as blending does; a pass that draws nothing has no rules.
+        // Clear values are rounded by the rules of the first draw. A pass without draws uses the reference rules.
         let rules = pass.draws.first().map_or(RasterRules::REFERENCE, |draw| draw.pipeline.rules);
         let f16 = rules.f16_rounding;
         let color = pass.color.iter().map(|attachment| {
@@ -40,7 +40,7 @@ impl Clears {
         Self { color: color.collect(), depth, stencil }
     }
 
-    /// Clears a tile but for the colour targets in `replaced`.
+    /// Clears a tile, except the colour targets in `replaced` (bit = target).
     pub fn apply(&self, targets: &mut TileTargets<'_>, replaced: u8) {
         for (slot, (planes, color)) in targets.color.iter_mut().zip(&self.color).enumerate() {
             if let (Some(planes), Some(color), 0) = (planes, color, replaced >> slot & 1) {

@@ -1,4 +1,4 @@
-//! Where passes run: threads, SIMD level, memory.
+//! Devices: threads, SIMD level and memory of passes.
 
 use std::fmt;
 
@@ -9,28 +9,28 @@ use crate::geometry::chunk_output::ChunkOutput;
 use crate::run::buffer_pool::BufferPool;
 use crate::tile::walk::TileScratch;
 
-/// Per thread: bytes of bins after which the tiles run, whatever the budget. Bins that leave the cache before they are read make
-/// small primitives twice as dear.
+/// Bytes of bins per thread after which the tiles run, whatever the budget is. Bins that leave the cache before they are read double the cost of
+/// small primitives.
 const WAVE_BYTES: usize = 4 << 20;
 
-/// Where passes run: threads, SIMD level, memory. Results do not depend on any of them.
+/// Threads, SIMD level and memory that passes run with. Results do not depend on any of them.
 pub struct Device {
     pub(crate) pool: rayon::ThreadPool,
     pub(crate) execution: Execution,
     bin_budget_bytes: usize,
-    /// Buffers of earlier passes.
+    /// Buffers of earlier passes, for reuse.
     pub(crate) chunks: BufferPool<ChunkOutput>,
     pub(crate) tiles: BufferPool<TileScratch>,
 }
 
-/// What was asked for; the buffers inside help nobody.
+/// Shows the options; the buffers are left out.
 impl fmt::Debug for Device {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Device({} threads, {:?})", self.threads(), self.execution)
     }
 }
 
-/// How to make a [`Device`].
+/// Options of a [`Device`].
 #[derive(Clone, Copy, Debug)]
 pub struct DeviceOptions {
     /// Worker threads; `None` for one per core. Default: `None`.
@@ -61,6 +61,9 @@ pub struct DeviceError {
 
 impl Device {
     /// Starts the worker threads.
+    ///
+    /// # Errors
+    /// If the system refuses to start them.
     pub fn new(options: DeviceOptions) -> Result<Self, DeviceError> {
         let threads = options.threads.unwrap_or(0);
         let pool = rayon::ThreadPoolBuilder::new()
@@ -77,19 +80,19 @@ impl Device {
         })
     }
 
-    /// How shaders run.
+    /// SIMD level and width of shader execution.
     #[must_use]
     pub fn execution(&self) -> Execution {
         self.execution
     }
 
-    /// Worker threads.
+    /// Number of worker threads.
     #[must_use]
     pub fn threads(&self) -> usize {
         self.pool.current_num_threads()
     }
 
-    /// Bytes that bins may take before a wave is flushed: a few MiB per thread, or less if the budget is less.
+    /// Bytes of bins after which a wave is flushed: a few MiB per thread, or the budget if that is less.
     #[must_use]
     pub fn wave_bytes(&self) -> usize {
         self.bin_budget_bytes.min(WAVE_BYTES * self.threads())

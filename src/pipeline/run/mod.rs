@@ -1,4 +1,4 @@
-//! Running passes: devices, and the order of everything in a pass (`pass.rs`).
+//! Runs passes: devices, and the order of all work in a pass (`pass.rs`).
 
 pub(crate) mod buffer_pool;
 pub(crate) mod clear;

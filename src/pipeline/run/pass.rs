@@ -1,8 +1,8 @@
-//! A render pass: attachments, draws, and the order of everything.
+//! Runs a render pass: the order of all work.
 //!
-//! Chunks of primitives run the geometry phase in parallel, each into its own bins; then tiles run in parallel, each through all chunks in
-//! order. When the bins' byte budget is reached the tiles run and the pass goes on with the next chunks: a *wave*. Where chunks and waves are
-//! cut depends on the draws alone, never on threads, and a tile sees primitives in submission order either way, so the bytes are the same.
+//! Chunks of primitives run the geometry phase in parallel, each into its own bins. Then tiles run in parallel, each through all chunks in order.
+//! When the bins reach their byte budget, the tiles run and the pass continues with the next chunks: this is a *wave*. Chunks and waves are cut by
+//! the draws alone, never by threads, and a tile sees primitives in submission order in any case, so the bytes are the same.
 
 use rayon::prelude::*;
 
@@ -23,10 +23,13 @@ use crate::run::device::Device;
 use crate::tile::targets::{DrawState, TileContext, TileCounters, TileTargets};
 use crate::tile::walk::{TileScratch, replaced_first, run_tile};
 
-/// Per thread: chunks that are run between two looks at the bins' size.
+/// Chunks per thread that run before the size of the bins is checked again.
 const CHUNK_GROUP: usize = 4;
 
-/// Runs a pass. Nothing is drawn if it is not valid.
+/// Runs a pass on the device's threads. `observer` sees every stage.
+///
+/// # Errors
+/// If the pass is not valid; nothing has been drawn then.
 pub fn run_pass(device: &Device, pass: &mut Pass<'_>, observer: Option<&mut dyn Observer>) -> Result<PassOutput, PassError> {
     device.pool.install(|| {
         let size = pass.validate()?;
@@ -57,7 +60,7 @@ impl<'p, 'a> PassRun<'p, 'a> {
     fn run(mut self, mut observer: Option<&mut dyn Observer>) -> PassOutput {
         let draws = || self.pass.draws.par_iter().with_min_len(DRAWS_PER_TASK);
         let assemblies: Vec<Assembly> = draws().map(assembly_of).collect();
-        // An observer sees each draw go through all stages.
+        // An observer sees each draw go through all stages, so no draw is treated as a repetition.
         let repetitions = match &observer {
             None => repetitions(&self.pass.draws, |draw| u64::from(assemblies[draw].count()) * geometry_weight(&self.pass.draws[draw])),
             Some(_) => vec![0; self.pass.draws.len()],
@@ -112,7 +115,7 @@ impl<'p, 'a> PassRun<'p, 'a> {
         self.output
     }
 
-    /// Runs the tiles over a wave of chunks; the first time, clears them.
+    /// Runs the tiles over a wave of chunks. The first wave clears the tiles.
     fn flush(&mut self, states: &[DrawState<'_>], wave: &[ChunkOutput], mut observer: Option<&mut dyn Observer>) {
         let clear = self.output.waves == 0;
         self.output.waves += 1;
@@ -124,7 +127,7 @@ impl<'p, 'a> PassRun<'p, 'a> {
         let tiles_x = self.tiles.0;
         let run = |tile: usize, mut targets: TileTargets<'_>, scratch: &mut TileScratch, observer: Option<&mut dyn Observer>| {
             if clear {
-                // An observer is told what was there before.
+                // An observer needs the values from before the draw.
                 let replaced = if observer.is_none() { replaced_first(&context, [tile % tiles_x, tile / tiles_x], tile, wave) } else { 0 };
                 clears.apply(&mut targets, replaced);
             }
@@ -135,7 +138,7 @@ impl<'p, 'a> PassRun<'p, 'a> {
             None => tiles
                 .into_par_iter()
                 .enumerate()
-                // Tiles differ so much that half of a thread's share must not be one task.
+                // The cost of tiles differs so much that every tile is a task of its own.
                 .with_max_len(1)
                 .map(|(tile, targets)| {
                     let mut scratch = self.device.tiles.take();
@@ -168,7 +171,7 @@ fn append_stream_out(draws: &[Draw<'_>], targets: &mut [StreamOutTarget], statis
         let target = &mut targets[index];
         let needed = data.len() / floats;
         let room = target.capacity.saturating_sub(target.data.len()) / floats;
-        // Once a primitive did not fit, nothing more is written [D3D11.3 §14.5].
+        // After the first primitive that does not fit, nothing more is written [D3D11.3 §14.5].
         let full = statistics[index].primitives_written < statistics[index].primitive_storage_needed;
         let written = if full { 0 } else { needed.min(room) };
         target.data.extend_from_slice(&data[..written * floats]);

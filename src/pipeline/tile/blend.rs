@@ -23,7 +23,7 @@ impl TargetPlan {
         Self { channels: info.channels, blend: state.blend, write_mask: state.write_mask, quantizer, clamp, additive_f32, plain }
     }
 
-    /// A block's colours as they are blended.
+    /// The blended colours of a block.
     #[inline(always)]
     fn load_source<S: Simd>(&self, simd: S, from: &[f32]) -> [f32x16<S>; 4] {
         let mut components = [<f32x16<S> as Lanes>::splat(simd, 0.0); 4];
@@ -34,19 +34,19 @@ impl TargetPlan {
         components
     }
 
-    /// Whether every channel is written, and none depends on what was there.
+    /// Whether every channel is written, independent of the old value.
     pub fn replaces(&self) -> bool {
         let all = (1u32 << self.channels) - 1;
         self.blend.is_none() && self.write_mask.bits() & all == all
     }
 
-    /// What a target of 32 bits stores: integers as they are, floats with the one NaN.
+    /// The value that a target of 32 bits stores: integers unchanged, floats with every NaN as the one bit pattern.
     #[inline(always)]
     fn exactly<S: Simd>(&self, value: f32x16<S>) -> f32x16<S> {
         if self.quantizer == Quantizer::Float32 { one_nan_lanes(value) } else { value }
     }
 
-    /// Whether a channel is written at all.
+    /// Whether the mask allows a channel to be written.
     #[inline(always)]
     fn writes(&self, channel: usize) -> bool {
         self.write_mask.bits() >> channel & 1 == 1
@@ -120,7 +120,7 @@ impl TargetPlan {
     }
 }
 
-/// What the blend equation reads.
+/// The inputs of the blend equation.
 struct Operands<S: Simd> {
     src: [f32x16<S>; 4],
     src1: [f32x16<S>; 4],

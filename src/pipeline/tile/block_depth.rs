@@ -1,4 +1,4 @@
-//! Depth of a primitive's blocks: interpolated by the pipeline's rule, clamped, and compared with what is known of the tile.
+//! Depth of a primitive's blocks: interpolated by the pipeline's rule, clamped, and compared with the depth range of the tile's blocks.
 
 use fearless_simd::{Simd, SimdFrom, f32x16, i32x16};
 
@@ -15,13 +15,13 @@ use crate::tile::coarse_depth::{CoarseDepth, CoarsePlane};
 use crate::tile::squares::{LANE_X, LANE_Y};
 use crate::vendor::llvmpipe::unpack_bias;
 
-/// To the viewport's depth range; not-a-number becomes the nearer end.
+/// Clamps to the viewport's depth range; NaN becomes the lower end.
 #[inline(always)]
 pub(crate) fn clamp_depth<L: Lanes>(z: L, draw: &Draw<'_>) -> L {
     Lanes::clamp(z, draw.viewport.min_depth, draw.viewport.max_depth)
 }
 
-/// To what the depth format stores.
+/// Rounds to a number that the depth format stores.
 #[inline(always)]
 pub(crate) fn quantized<S: Simd>(z: f32x16<S>, pipeline: &RenderPipeline) -> f32x16<S> {
     match pipeline.depth.kind {
@@ -33,13 +33,13 @@ pub(crate) fn quantized<S: Simd>(z: f32x16<S>, pipeline: &RenderPipeline) -> f32
 /// Depth of a primitive's blocks.
 #[derive(Clone, Copy)]
 pub(crate) struct BlockDepth<'c, S: Simd> {
-    /// What is known of the tile's depth, and how this primitive looks beside it.
+    /// Depth ranges of the tile's blocks, and this primitive's plane over the tile; `None` if not available.
     coarse: Option<(&'c CoarseDepth, CoarsePlane)>,
     /// Column and row of each lane, from the anchor to the tile's first pixel.
     x: f32x16<S>,
     y: f32x16<S>,
     plane: [f32; 3],
-    /// Added last, by llvmpipe's and SwiftShader's rules.
+    /// Bias that is added last, under the rules of llvmpipe and SwiftShader.
     bias: f32,
     rule: DepthPlane,
     clamp: Option<(f32, f32)>,
@@ -64,10 +64,10 @@ impl<'c, S: Simd> BlockDepth<'c, S> {
                 (primitive.anchor, depth_bias(pipeline, slope, (primitive.flags >> flag::BIAS_EXPONENT) as u8))
             }
         };
-        // Exact: at most 15 bits of whole pixels and four of fraction.
+        // Exact in f32: at most 15 bits of whole pixels and four of fraction.
         let x = (origin[0] - i32::from(anchor[0])) as f32 - (primitive.flags >> flag::SIXTEENTHS & 15) as f32 * 0.0625;
         let y = (origin[1] - i32::from(anchor[1])) as f32 - (primitive.flags >> (flag::SIXTEENTHS + 4) & 15) as f32 * 0.0625;
-        // The draw is looked at only if it must be: most primitives do without.
+        // The draw's state is read only where needed: most primitives do without.
         let clamp = if primitive.flags & flag::CLAMP_Z != 0 { Some((draw.viewport.min_depth, draw.viewport.max_depth)) } else { None };
         Self {
             coarse: coarse.map(|coarse| {
@@ -82,7 +82,7 @@ impl<'c, S: Simd> BlockDepth<'c, S> {
         }
     }
 
-    /// Blocks of the region at (rx, ry) in which a fragment may pass the depth test.
+    /// Blocks of the region at pixel (rx, ry) in which a fragment may pass the depth test, bit = block.
     #[inline(always)]
     pub fn visible_blocks(&self, simd: S, rx: i32, ry: i32) -> u32 {
         match &self.coarse {
@@ -91,7 +91,7 @@ impl<'c, S: Simd> BlockDepth<'c, S> {
         }
     }
 
-    /// Regions of the tile in which a fragment may pass the depth test.
+    /// Regions of the tile in which a fragment may pass the depth test, bit = region.
     #[inline(always)]
     pub fn visible_regions(&self, simd: S) -> u32 {
         match &self.coarse {
@@ -100,7 +100,7 @@ impl<'c, S: Simd> BlockDepth<'c, S> {
         }
     }
 
-    /// Depth of the block at pixel (bx, by) of the tile, clamped: what is tested.
+    /// Clamped depth of the block at pixel (bx, by) of the tile, as the depth test uses it.
     #[inline(always)]
     pub fn at(&self, bx: i32, by: i32) -> f32x16<S> {
         self.clamped(self.interpolated(bx, by))
@@ -114,7 +114,7 @@ impl<'c, S: Simd> BlockDepth<'c, S> {
         }
     }
 
-    /// Depth before the clamp: what shaders see [WebGPU: fragments of unclipped primitives].
+    /// Depth before the clamp, as shaders see it [WebGPU: fragments of unclipped primitives].
     #[inline(always)]
     pub fn interpolated(&self, bx: i32, by: i32) -> f32x16<S> {
         let [base, dx, dy] = self.plane;

@@ -1,7 +1,7 @@
-//! The least and greatest depth of every 4x4 block of a tile: what rejects sixteen blocks of a primitive at once, before any is looked at.
+//! Least and greatest depth of every 4x4 block of a tile: rejects sixteen blocks of a primitive at once, before any pixel is tested.
 //!
-//! Used in passes whose draws test depth and never write it, as those that add light to what a first pass has drawn: the numbers then stay true.
-//! A block is rejected only if no rounding can make one of its fragments pass.
+//! Used in passes whose draws test depth and never write it, such as passes that add light to what an earlier pass has drawn; the ranges then stay
+//! valid. A block is rejected only if no rounding can make one of its fragments pass.
 
 use fearless_simd::{Simd, SimdFrom, SimdMask, f32x16, i32x16, mask32x16};
 
@@ -14,7 +14,7 @@ use crate::tile::squares::{LANE_X, LANE_Y};
 /// Blocks in a tile.
 const BLOCKS: usize = TILE_PIXELS / 16;
 
-/// By block, in the order of the tile's plane, where sixteen in a row are a region's; then by region.
+/// Least and greatest depth by block, in the order of the tile's plane (sixteen consecutive blocks form a region), and by region.
 pub(crate) struct CoarseDepth {
     least: [f32; BLOCKS + 16],
     greatest: [f32; BLOCKS + 16],
@@ -26,7 +26,7 @@ impl Default for CoarseDepth {
     }
 }
 
-/// Least and greatest of sixteen numbers, halves against each other. Not-a-number may hide others; whatever is compared with it then counts as visible.
+/// Least and greatest of sixteen numbers, by comparing halves. A NaN may hide other numbers; a comparison with the result then counts as visible.
 #[inline(always)]
 fn extremes(values: &[f32]) -> (f32, f32) {
     let (mut least, mut greatest) = ([0.0; 16], [0.0; 16]);
@@ -54,7 +54,7 @@ impl CoarseDepth {
         }
     }
 
-    /// Blocks of the region at (rx, ry) in which a fragment of this plane may pass, bit = block.
+    /// Blocks of the region at pixel (rx, ry) in which a fragment of this plane may pass, bit = block.
     #[inline(always)]
     pub fn visible_blocks<S: Simd>(&self, simd: S, plane: &CoarsePlane, rx: i32, ry: i32) -> u32 {
         let first = ((ry >> 4) * 4 + (rx >> 4)) as usize * 16;
@@ -69,7 +69,7 @@ impl CoarseDepth {
 
     #[inline(always)]
     fn visible<S: Simd>(&self, simd: S, plane: &CoarsePlane, (least, greatest): (f32x16<S>, f32x16<S>), first: usize) -> u32 {
-        // Written so that not-a-number is visible.
+        // The comparison is written so that NaN is visible.
         let hidden: mask32x16<S> = if plane.passes_below {
             Lanes::gt(least, <f32x16<S> as Lanes>::load(simd, &self.greatest[first..]))
         } else {
@@ -79,22 +79,23 @@ impl CoarseDepth {
     }
 }
 
-/// A primitive's depth over the blocks of its tile.
+/// A primitive's depth plane over its tile.
 #[derive(Clone, Copy)]
 pub(crate) struct CoarsePlane {
-    /// Depth at the tile's first pixel, per pixel right, per pixel down.
+    /// Depth at the tile's first pixel, change per pixel right, change per pixel down.
     at_origin: f32,
     dx: f32,
     dy: f32,
-    /// More than rounding can move a depth.
+    /// Upper bound on the rounding error of a depth.
     slack: f32,
     clamp: Option<(f32, f32)>,
-    /// Whether a fragment passes if it is less than what is stored, or if it is greater.
+    /// Whether a fragment passes if its depth is less than the stored one; otherwise it passes if greater.
     passes_below: bool,
 }
 
 impl CoarsePlane {
-    /// From the depth plane and the tile's first pixel as seen from the plane's anchor. `compare` is an order.
+    /// From the depth plane and the position of the tile's first pixel relative to the plane's anchor. `compare` must be one of the four order
+    /// relations.
     #[inline(always)]
     pub fn new([base, dx, dy]: [f32; 3], [x, y]: [f32; 2], clamp: Option<(f32, f32)>, compare: CompareFunction) -> Self {
         let reach = base.abs() + (x.abs() + 64.0) * dx.abs() + (y.abs() + 64.0) * dy.abs();

@@ -1,7 +1,7 @@
-//! The blocks of a tile in which a stencil test can pass: what rejects a draw's primitives, and blocks of them, before any is looked at.
+//! The blocks of a tile in which a stencil test can pass: rejects primitives of a draw, and blocks of them, before any pixel is tested.
 //!
-//! A stencil volume leaves its mark in few blocks, and most faces of the draw that follows are nowhere near one. The marks stay an upper bound while
-//! that draw is at work: where no pixel of a block passes none is changed, since a test that fails keeps the stencil.
+//! A stencil volume marks few blocks, and most faces of the draw that follows touch none of them. The set of blocks remains an upper bound while that
+//! draw runs: a failed test keeps the stencil, so a block in which no pixel passes does not change.
 
 use fearless_simd::Simd;
 
@@ -12,17 +12,17 @@ use crate::tile::squares::square_range;
 /// Regions of a tile.
 const REGIONS: usize = 16;
 
-/// By region: its blocks with a pixel that passes, bit = block. Regions that no primitive touches are left out.
+/// By region: its blocks with at least one pixel that passes, bit = block. Regions that no primitive touches have none.
 pub(crate) struct CoarseStencil {
     blocks: [u16; REGIONS],
     regions: u32,
 }
 
 impl CoarseStencil {
-    /// Nothing is known.
+    /// Every block may pass: nothing has been tested.
     pub const ALL: Self = Self { blocks: [0xffff; REGIONS], regions: 0xffff };
 
-    /// Tests a tile's stencil where these primitives may be, by either face.
+    /// Tests a tile's stencil in the regions that these primitives touch, for both faces.
     #[inline(always)]
     pub fn read<S: Simd>(simd: S, stencil: &[u8], [front, back]: &[StencilFace; 2], primitives: &[TilePrimitive]) -> Self {
         let mut passing = Self { blocks: [0; REGIONS], regions: 0 };
@@ -41,7 +41,7 @@ impl CoarseStencil {
         passing
     }
 
-    /// Whether the test can pass in a primitive's bounds; of primitives over several regions, whether in one of those.
+    /// Whether the test can pass in a primitive's bounds. A primitive over several regions is tested by region, others by block.
     #[inline(always)]
     pub fn meets(&self, primitive: &TilePrimitive) -> bool {
         let regions = touched(primitive, 4, 0, 0) & self.regions;
@@ -59,14 +59,14 @@ impl CoarseStencil {
         u32::from(self.blocks[((ry >> 4) * 4 + (rx >> 4)) as usize])
     }
 
-    /// Regions in which it can pass, bit = region.
+    /// Regions in which the test can pass, bit = region.
     #[inline(always)]
     pub fn regions(&self) -> u32 {
         self.regions
     }
 }
 
-/// Which of sixteen squares, `1 << log` pixels wide and the first of them at (x, y), a primitive's bounds touch.
+/// The squares that a primitive's bounds touch, of sixteen squares `1 << log` pixels wide, the first of them at (x, y); bit = square.
 #[inline(always)]
 fn touched(primitive: &TilePrimitive, log: u32, x: i32, y: i32) -> u32 {
     let [x0, y0, x1, y1] = primitive.bounds.map(i32::from);

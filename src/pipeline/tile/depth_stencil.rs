@@ -4,7 +4,7 @@ use fearless_simd::{Simd, SimdBase, SimdInt, SimdMask, mask8x16, u8x16, u8x64};
 
 use crate::api::state::{CompareFunction, StencilFaceState, StencilOperation};
 
-/// The value a stencil operation leaves.
+/// The stencil value after an operation.
 #[must_use]
 pub fn stencil_operation(operation: StencilOperation, value: u8, reference: u8) -> u8 {
     match operation {
@@ -49,7 +49,7 @@ fn compare_bytes<S: Simd, V: SimdInt<S, Element = u8>>(simd: S, function: Compar
     }
 }
 
-/// The stencil half of a draw's state for one facing.
+/// The stencil state of a draw for one facing.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StencilFace {
     pub state: StencilFaceState,
@@ -59,7 +59,7 @@ pub(crate) struct StencilFace {
 }
 
 impl StencilFace {
-    /// Which of the pixels in `mask` pass: `(reference & read) OP (stencil & read)`.
+    /// The pixels of `mask` that pass: `(reference & read) OP (stencil & read)`.
     #[inline(always)]
     pub fn test<S: Simd>(&self, simd: S, stencil: &[u8], mask: u32) -> u32 {
         if self.state.compare == CompareFunction::Always {
@@ -70,7 +70,7 @@ impl StencilFace {
         mask & compare_bytes(simd, self.state.compare, reference, stored).to_bitmask() as u32
     }
 
-    /// Which of a region's sixteen blocks have a pixel that passes, bit = block. `stencil` starts with the region.
+    /// Blocks of a region with at least one pixel that passes, bit = block. `stencil` starts with the region.
     #[inline(always)]
     pub fn passing_blocks<S: Simd>(&self, simd: S, stencil: &[u8]) -> u32 {
         let reference = u8x64::splat(simd, self.reference & self.read_mask);

@@ -1,6 +1,6 @@
-//! Shortcuts for draws that need neither queue nor shader call per block: adding one colour, counting in the stencil, filling depth.
+//! Fast paths for draws that need neither queue nor shader call per block: adding one colour, counting in the stencil, filling depth.
 //!
-//! Each does exactly what the general path would; `tests/pipeline` compares the two on random triangles.
+//! Each gives the result of the general path; `tests/pipeline` compares the two on random triangles.
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16, mask8x16, mask32x16, u8x16, u8x64};
 use fearless_simd_macros::simd;
@@ -24,9 +24,9 @@ use crate::tile::targets::{DrawState, TileCounters, TileTargets};
 
 /// The colours of a draw's primitives.
 enum Colors<'a> {
-    /// One for those in front, one for those behind.
+    /// One for front-facing primitives, one for back-facing ones.
     Draw([[f32; 4]; 2]),
-    /// Asked for each primitive.
+    /// Computed for each primitive.
     Primitive(&'a dyn FragmentStage, ShadeSource<'a>),
 }
 
@@ -52,7 +52,7 @@ impl<'a> Colors<'a> {
     }
 }
 
-/// Draws primitives of one draw by a shortcut; false if there is none.
+/// Draws primitives of one draw on its fast path; false if the draw has none.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "the parts of a tile worker, borrowed separately")]
 pub(crate) fn run<S: Simd>(
@@ -102,7 +102,7 @@ pub(crate) fn run<S: Simd>(
     true
 }
 
-/// The depth test of a block and, for [`WRITE`], its write; returns what passes.
+/// Tests the depth of a block and, for [`WRITE`], writes it. Returns the pixels that pass.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "the parts of a sink, borrowed separately")]
 fn test_depth<S: Simd, const DEPTH: u8>(
@@ -129,7 +129,7 @@ fn test_depth<S: Simd, const DEPTH: u8>(
     pass
 }
 
-/// Adds colours.
+/// Adds colours to one target.
 struct AddSink<'a, S: Simd, const CHANNELS: usize, const DEPTH: u8> {
     z: BlockDepth<'a, S>,
     color: [f32x16<S>; CHANNELS],
@@ -201,11 +201,11 @@ fn add<S: Simd, const CHANNELS: usize, const DEPTH: u8>(
     passed
 }
 
-/// What happens to the stencil where a fragment passes.
+/// The stencil operation of fragments that pass.
 #[derive(Clone, Copy)]
 struct Count {
     face: StencilFace,
-    /// Set if it is a sum modulo 256: the number added.
+    /// The number added, if the operation is an addition modulo 256.
     step: Option<u8>,
 }
 

@@ -1,4 +1,4 @@
-//! The general path: tests depth and stencil block by block and queues the survivors.
+//! The general path: tests depth and stencil block by block and queues the blocks that pass.
 
 use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
 use fearless_simd_macros::simd;
@@ -17,7 +17,7 @@ use crate::tile::depth_stencil::StencilFace;
 use crate::tile::raster::{BlockSink, walk};
 use crate::tile::worker::TileWorker;
 
-/// Tests depth alone and queues what passes: what most draws that shade need.
+/// Tests depth alone and queues blocks that pass; sufficient for most draws that shade.
 struct QueueSink<'w, 'a, 'b, S: Simd> {
     worker: &'w mut TileWorker<'a, 'b>,
     draw: &'a Draw<'a>,
@@ -57,9 +57,9 @@ struct GeneralSink<'w, 'a, 'b, S: Simd> {
     worker: &'w mut TileWorker<'a, 'b>,
     draw: &'a Draw<'a>,
     depth: BlockDepth<'a, S>,
-    /// A stencil test that may be made before anything else.
+    /// The stencil test, if it can be made before the shader and the depth test.
     stencil: Option<StencilFace>,
-    /// Where it can pass.
+    /// Blocks in which the stencil test can pass.
     passing: &'w CoarseStencil,
 }
 
@@ -95,7 +95,7 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
         let (x, y) = ((worker.origin[0] + bx) as u32, (worker.origin[1] + by) as u32);
         let item = ShadeItem::new(x, y, primitive.attributes, mask.to_bitmask() as u16);
         let back = primitive.flags & flag::BACK != 0;
-        // The slot is filled first, so that an observer sees the depth of fragments that fail.
+        // The queue's next slot is filled first, so that an observer also sees the depth of fragments that fail.
         let slot = worker.scratch.len;
         Lanes::store(z, &mut worker.scratch.z[slot]);
         let observed = worker.observer.is_some();
@@ -110,7 +110,7 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
             }
         }
         worker.push(simd, primitive, bx, by, covered as u16, z);
-        // An observer sees each block from its tests to its blending before the next one.
+        // For an observer, each block is tested, shaded and blended before the next one.
         if observed {
             worker.flush(simd);
         }
@@ -118,7 +118,7 @@ impl<S: Simd> BlockSink<S> for GeneralSink<'_, '_, '_, S> {
 }
 
 impl<'a> TileWorker<'a, '_> {
-    /// Walks primitives of one draw through the tests and the queue.
+    /// Draws primitives of one draw: tests their blocks and queues those that pass.
     #[simd]
     #[inline(never)]
     pub fn general<S: Simd>(&mut self, simd: S, primitives: &[TilePrimitive], coarse: Option<&'a CoarseDepth>) {

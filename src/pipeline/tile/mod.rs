@@ -7,8 +7,8 @@
 //! | depth and stencil of pixels | `block_depth.rs`, `depth_stencil.rs`, `general.rs` |
 //! | fragment shader | `queue.rs`, `worker.rs` |
 //! | blend | `blend.rs` |
-//! | shortcuts for simple draws | `fast_path.rs` |
-//! | what an observer sees | `report.rs` |
+//! | fast paths of simple draws | `fast_path.rs` |
+//! | events for an observer | `report.rs` |
 //! | all of it in order, for one tile | `walk.rs`, `targets.rs` |
 
 pub(crate) mod blend;

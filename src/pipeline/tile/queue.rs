@@ -1,22 +1,22 @@
-//! Blocks that passed the early tests and await shading.
+//! The queue of blocks that passed the early tests and are to be shaded.
 
 use crate::api::shader::stages::ShadeItem;
 use crate::api::surface::TILE_PIXELS;
 
-/// Blocks that are shaded in one call.
+/// Most blocks that are shaded in one call.
 pub(crate) const QUEUE: usize = 64;
 
-/// Blocks that passed the early tests and await shading.
+/// Blocks that passed the early tests and are to be shaded.
 pub(crate) struct Queue {
     pub len: usize,
     pub items: [ShadeItem; QUEUE],
-    /// Depth as shaders see it, before it is clamped and rounded to what the target stores.
+    /// Depth as shaders see it, before it is clamped and rounded to the format.
     pub z: Box<[[f32; 16]; QUEUE]>,
-    /// Whether the item faces away.
+    /// Whether the item is back-facing.
     pub facing: [bool; QUEUE],
     pub keep: [u16; QUEUE],
     pub colors: Vec<f32>,
-    /// By block of the tile: the place where it was queued last.
+    /// By block of the tile: the slot in which the block was queued last.
     pub latest: [u8; TILE_PIXELS / 16],
 }
 

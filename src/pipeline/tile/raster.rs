@@ -1,9 +1,9 @@
 //! Coverage: walks the 4x4 blocks of one primitive inside one tile and hands each touched block to a sink.
 //!
-//! A block's sixteen edge values are one vector add away from the primitive's; inside means that no edge is negative, which is
-//! one comparison of the three or-ed together. A primitive over more than a few blocks is first asked about sixteen blocks at a time, a 16x16
-//! region: each edge's greatest and least value in every block tell which are outside and which are covered whole, so that the loops over
-//! blocks run over set bits and hardly ever guess wrong. One over several regions first accepts or rejects whole regions.
+//! The sixteen edge values of a block are one vector addition away from the primitive's. A pixel is inside if no edge value is negative, which is one
+//! comparison of the three or-ed together. A primitive over more than [`FEW_BLOCKS`] blocks is first tested in 16x16 regions, sixteen blocks at a
+//! time: the greatest and least value of each edge in every block tell which blocks are outside and which are wholly covered. The loops over blocks
+//! then run over set bits, with few mispredicted branches. A primitive over several regions first accepts or rejects whole regions.
 
 use fearless_simd::{Simd, SimdBase, SimdFrom, SimdMask, i32x16, mask32x16};
 
@@ -12,12 +12,12 @@ use crate::primitive::tile_primitive::{TilePrimitive, flag};
 use crate::tile::block_depth::BlockDepth;
 use crate::tile::squares::{LANE_X, LANE_Y, next_square, square_range};
 
-/// Takes the covered pixels of a primitive.
+/// Receives the covered pixels of a primitive.
 pub(crate) trait BlockSink<S: Simd> {
-    /// Whether a block without covered pixels costs less than a wrong guess about it, some twenty cycles.
+    /// Whether processing a block without covered pixels costs less than a mispredicted branch, about twenty cycles.
     const TAKES_EMPTY: bool = false;
 
-    /// The primitive's depth, which rejects blocks where it is known to fail; `None` if it is not tested.
+    /// The primitive's depth, which rejects blocks that must fail the test; `None` if depth is not tested.
     #[inline(always)]
     fn depth(&self) -> Option<&BlockDepth<'_, S>> {
         None
@@ -41,16 +41,16 @@ pub(crate) trait BlockSink<S: Simd> {
         }
     }
 
-    /// The pixels in `mask` of the 4x4 block at pixel (bx, by) of the tile; not empty unless [`Self::TAKES_EMPTY`].
+    /// Receives the pixels in `mask` of the 4x4 block at pixel (bx, by) of the tile. `mask` is not empty unless [`Self::TAKES_EMPTY`].
     fn block(&mut self, simd: S, primitive: &TilePrimitive, bx: i32, by: i32, mask: mask32x16<S>);
 
-    /// A wholly covered block.
+    /// Receives a wholly covered block.
     #[inline(always)]
     fn full_block(&mut self, simd: S, primitive: &TilePrimitive, bx: i32, by: i32) {
         self.block(simd, primitive, bx, by, mask32x16::splat(simd, true));
     }
 
-    /// A wholly covered 16x16 region at pixel (rx, ry) of the tile.
+    /// Receives a wholly covered 16x16 region at pixel (rx, ry) of the tile.
     #[inline(always)]
     fn region(&mut self, simd: S, primitive: &TilePrimitive, rx: i32, ry: i32) {
         let mut blocks = self.visible_blocks(simd, rx, ry);
@@ -60,10 +60,10 @@ pub(crate) trait BlockSink<S: Simd> {
     }
 }
 
-/// Up to so many blocks are looked at one by one.
+/// Primitives over at most this many blocks are tested block by block.
 const FEW_BLOCKS: i32 = 4;
 
-/// Edge functions of a primitive, in lanes and at the tile's origin.
+/// Edge functions of a primitive, in lanes, from the tile's origin.
 struct WalkEdges<S: Simd> {
     a: [i32; 3],
     b: [i32; 3],
@@ -71,7 +71,7 @@ struct WalkEdges<S: Simd> {
     lanes: [i32x16<S>; 3],
     /// Bounds: first and last column and row, inclusive.
     bounds: [i32; 4],
-    /// Coverage must be cut to the bounds.
+    /// Whether coverage must be masked by the bounds.
     rect: bool,
 }
 
@@ -100,20 +100,20 @@ impl<S: Simd> WalkEdges<S> {
         edges
     }
 
-    /// Edge `i` at a pixel of the tile.
+    /// Value of edge `i` at a pixel of the tile.
     #[inline(always)]
     fn at(&self, i: usize, x: i32, y: i32) -> i32 {
         self.c[i] + self.a[i] * x + self.b[i] * y
     }
 
-    /// Which of sixteen squares, `1 << log` pixels wide and the first of them at (x, y), have pixels inside, and which are covered whole.
+    /// Of sixteen squares, `1 << log` pixels wide and the first of them at (x, y): those with pixels inside, and those wholly covered.
     #[inline(always)]
     fn squares(&self, simd: S, log: i32, x: i32, y: i32) -> (u32, u32) {
         let zero = i32x16::splat(simd, 0);
         let (mut greatest, mut least) = (zero, zero);
         let span = (1 << log) - 1;
         for i in 0..3 {
-            // The pixels of a block, so many times as far apart, are the first pixels of the squares.
+            // The pixel offsets of a block, scaled by the width of a square, are the offsets of the squares' first pixels.
             let first = (self.lanes[i] << log as u32) + self.at(i, x, y);
             greatest |= first + span * (self.a[i].max(0) + self.b[i].max(0));
             least |= first + span * (self.a[i].min(0) + self.b[i].min(0));
@@ -135,7 +135,7 @@ impl<S: Simd> WalkEdges<S> {
         let mut outside =
             (self.lanes[0] + self.at(0, bx, by)) | (self.lanes[1] + self.at(1, bx, by)) | (self.lanes[2] + self.at(2, bx, by));
         if self.rect {
-            // The same trick for the four sides of the bounds.
+            // The four sides of the bounds are tested in the same way.
             let [x0, y0, x1, y1] = self.bounds;
             let column = i32x16::simd_from(simd, LANE_X);
             let row = i32x16::simd_from(simd, LANE_Y);
@@ -145,7 +145,7 @@ impl<S: Simd> WalkEdges<S> {
     }
 }
 
-/// Hands every touched block of a primitive to the sink.
+/// Passes every touched block of a primitive to the sink.
 #[inline(always)]
 pub(crate) fn walk<S: Simd, K: BlockSink<S>>(simd: S, primitive: &TilePrimitive, sink: &mut K) {
     if primitive.flags & flag::ACCEPT == flag::ACCEPT {
@@ -155,7 +155,8 @@ pub(crate) fn walk<S: Simd, K: BlockSink<S>>(simd: S, primitive: &TilePrimitive,
     let [x0, y0, x1, y1] = edges.bounds;
     let (columns, rows) = ((x1 >> 2) - (x0 >> 2) + 1, (y1 >> 2) - (y0 >> 2) + 1);
     if K::TAKES_EMPTY && columns <= 2 && rows <= 2 {
-        // Which of the four blocks are touched is beyond prediction. One beyond the tile's edge has no pixels, and another's place.
+        // Which of the four blocks are touched cannot be predicted. A block beyond the tile's edge has no pixels; its position is clamped to another
+        // block's.
         for block in 0..4 {
             let (bx, by) = ((x0 & !3) + (block & 1) * 4, (y0 & !3) + (block >> 1) * 4);
             let exists = (block & 1) < columns && (block >> 1) < rows;
@@ -190,7 +191,7 @@ pub(crate) fn walk<S: Simd, K: BlockSink<S>>(simd: S, primitive: &TilePrimitive,
     }
 }
 
-/// The blocks of a primitive that covers its bounds: a sprite, or a tile's part of a large triangle.
+/// Blocks of a primitive that covers its bounds wholly: a sprite, or a tile's part of a large triangle.
 #[inline(always)]
 fn walk_rectangle<S: Simd, K: BlockSink<S>>(simd: S, primitive: &TilePrimitive, sink: &mut K) {
     let [x0, y0, x1, y1] = primitive.bounds.map(i32::from);
@@ -210,7 +211,7 @@ fn walk_rectangle<S: Simd, K: BlockSink<S>>(simd: S, primitive: &TilePrimitive, 
     }
     for by in ((y0 & !3)..=y1).step_by(4) {
         for bx in ((x0 & !3)..=x1).step_by(4) {
-            // A block's pixels are numbered like a region's blocks.
+            // Pixels of a block are numbered like the blocks of a region.
             let covered = square_range(x0 - bx, x1 - bx, y0 - by, y1 - by);
             if covered == 0xffff {
                 sink.full_block(simd, primitive, bx, by);
@@ -221,7 +222,7 @@ fn walk_rectangle<S: Simd, K: BlockSink<S>>(simd: S, primitive: &TilePrimitive, 
     }
 }
 
-/// The blocks of the region at (rx, ry): whole ones first, then those that an edge crosses.
+/// Blocks of the region at (rx, ry): first the whole ones, then those that an edge crosses.
 #[inline(always)]
 fn walk_region<S: Simd, K: BlockSink<S>>(simd: S, primitive: &TilePrimitive, edges: &WalkEdges<S>, rx: i32, ry: i32, sink: &mut K) {
     let (touched, inside) = edges.squares(simd, 2, rx, ry);

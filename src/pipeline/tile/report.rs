@@ -1,4 +1,4 @@
-//! What an observer is told of a tile.
+//! Events of a tile for an observer.
 
 use crate::api::draw::Draw;
 use crate::api::format::depth::{depth_value, quantize_depth_by};
@@ -30,7 +30,7 @@ impl<'a> TileWorker<'a, '_> {
         block
     }
 
-    /// Tells the observer, if there is one, what became of the pixels in `mask`.
+    /// Reports the outcome of the pixels in `mask` to the observer, if there is one.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "an event has this many parts")]
     pub fn report(

@@ -1,4 +1,4 @@
-//! The sixteen squares of a block, region or tile: lanes, places and sets of them as bits.
+//! The sixteen squares of a block, region or tile: coordinates of lanes, and sets of squares as bits.
 
 /// Columns of the lanes of a block.
 pub(crate) const LANE_X: [i32; 16] = [0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3];
@@ -6,7 +6,7 @@ pub(crate) const LANE_X: [i32; 16] = [0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 
 /// Rows of the lanes of a block.
 pub(crate) const LANE_Y: [i32; 16] = [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3];
 
-/// Takes the first of a set of sixteen squares, `size` pixels wide and the first of them at (x, y): its first pixel.
+/// Removes the first square of a set and returns its first pixel. The squares are `size` pixels wide, the first of the sixteen at (x, y).
 #[inline(always)]
 pub(crate) fn next_square(squares: &mut u32, size: i32, x: i32, y: i32) -> Option<(i32, i32)> {
     if *squares == 0 {
@@ -17,10 +17,10 @@ pub(crate) fn next_square(squares: &mut u32, size: i32, x: i32, y: i32) -> Optio
     Some((x + (square & 3) * size, y + (square >> 2) * size))
 }
 
-/// The squares of sixteen in columns x0..=x1 and rows y0..=y1, as far as they exist, bit = 4·row + column.
+/// The squares of the sixteen that lie in columns x0..=x1 and rows y0..=y1; bit = 4·row + column. Columns and rows beyond 0..=3 are ignored.
 #[inline(always)]
 pub(crate) fn square_range(x0: i32, x1: i32, y0: i32, y1: i32) -> u32 {
-    // Columns below the end less those below the start; without a branch, an end before the start gives none.
+    // Columns up to the end minus those before the start, without a branch. An end before the start gives the empty set.
     let below = |end: i32| (1u32 << end.clamp(0, 4)) - 1;
     let rows_below = |end: i32| (1u32 << (4 * end.clamp(0, 4))) - 1;
     let columns = (below(x1 + 1) & !below(x0)) * 0x1111;

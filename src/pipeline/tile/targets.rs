@@ -1,4 +1,4 @@
-//! A tile's part of the attachments, what it counts, and what it needs to know of the pass.
+//! A tile's part of the attachments, its counters, and the state of the pass that it needs.
 
 use crate::api::draw::Draw;
 use crate::api::render_pipeline::RenderPipeline;
@@ -15,33 +15,34 @@ pub(crate) struct TileTargets<'a> {
     pub stencil: Option<&'a mut [u8]>,
 }
 
-/// What a tile counted.
+/// Counters of a tile.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TileCounters {
     pub fragments_shaded: u64,
     pub fragments_passed: u64,
-    /// Fragments passed: a query and a count to add to it.
+    /// Fragments that passed: the number of a query and a count to add to it.
     pub queries: Vec<(u32, u64)>,
 }
 
-/// What the tile phase needs to know of the pass.
+/// The state of the pass that the tile phase needs.
 pub(crate) struct TileContext<'a> {
     pub draws: &'a [Draw<'a>],
-    /// By draw.
+    /// State of each draw.
     pub states: &'a [DrawState<'a>],
-    /// Depth is tested, as 32-bit float, and no draw writes it: a [`CoarseDepth`] stays true.
+    /// Whether depth is tested as a 32-bit float and no draw writes it, so that [`CoarseDepth`] stays valid.
     pub depth_stays: bool,
     pub execution: Execution,
 }
 
-/// What most primitives ask of their draw. A pass may have a hundred thousand draws of a few primitives per tile: then this is all that is read of each.
+/// State of a draw that most primitives need. In a pass of a hundred thousand draws with a few primitives per tile, nothing else is read of most
+/// draws.
 #[derive(Clone, Copy)]
 pub(crate) struct DrawState<'a> {
     pub pipeline: &'a RenderPipeline,
-    /// The pipeline's, unless a query must count.
+    /// The pipeline's fast path, or the general path if a query counts the draw's fragments.
     pub path: FastPath,
     stencil_reference: u8,
-    /// How many of the draws that follow have the same primitives.
+    /// How many of the following draws have the same primitives.
     pub repetitions: u32,
 }
 

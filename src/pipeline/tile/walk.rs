@@ -1,7 +1,7 @@
-//! The tile phase: one tile walks all chunks in order, with its part of every attachment as plain slices.
+//! The tile phase: one tile walks all chunks in order. Its part of every attachment is a plain slice.
 //!
-//! The general path tests depth and stencil block by block, queues the survivors, shades the queue in one call and
-//! blends it in order. Draws that only count, fill depth or add a constant colour skip the queue (`fast_path.rs`).
+//! The general path tests depth and stencil block by block, queues the blocks that pass, shades the queue in one call and blends it in order. Draws
+//! that only count, fill depth or add a constant colour skip the queue (`fast_path.rs`).
 
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
@@ -37,7 +37,7 @@ impl<'a> TileWorker<'a, '_> {
         }
     }
 
-    /// Finishes the draw at work and those that repeat it.
+    /// Finishes the current draw and those that repeat it.
     #[inline(always)]
     fn end_draw<S: Simd>(&mut self, simd: S) {
         self.flush(simd);
@@ -54,7 +54,7 @@ impl<'a> TileWorker<'a, '_> {
         self.repeated.clear();
     }
 
-    /// Draws primitives as the draw at work does.
+    /// Draws primitives with the state of the current draw.
     #[inline(always)]
     fn run<S: Simd>(&mut self, simd: S, primitives: &[TilePrimitive]) {
         let (draw, state) = (&self.context.draws[self.draw as usize], &self.context.states[self.draw as usize]);
@@ -67,16 +67,16 @@ impl<'a> TileWorker<'a, '_> {
     }
 }
 
-/// A worker's buffers.
+/// Scratch buffers of a worker.
 #[derive(Default)]
 pub(crate) struct TileScratch {
     queue: Queue,
     coarse: CoarseDepth,
-    /// Primitives of the draw at work, if it is repeated.
+    /// Primitives of the current draw, if it is repeated.
     repeated: Vec<TilePrimitive>,
 }
 
-/// Colour targets that the first primitive of a tile replaces all over, bit = target: what they held before is never seen.
+/// Colour targets that the first primitive of a tile overwrites wholly, bit = target: their old values are never read.
 pub(crate) fn replaced_first(context: &TileContext<'_>, [x, y]: [usize; 2], tile: usize, chunks: &[ChunkOutput]) -> u8 {
     let Some(chunk) = chunks.iter().find(|chunk| !chunk.bins.is_untouched(tile)) else { return 0 };
     let wide = chunk.bins.wide.iter().find_map(|w| w.in_tile([x as i32, y as i32]));
@@ -91,7 +91,7 @@ pub(crate) fn replaced_first(context: &TileContext<'_>, [x, y]: [usize; 2], tile
     }
 }
 
-/// Runs the chunks of a wave through one tile whose first pixel is `origin`.
+/// Runs the chunks of a wave on the tile whose first pixel is `origin`.
 pub(crate) fn run_tile(
     context: &TileContext<'_>,
     tile: usize,
@@ -158,7 +158,7 @@ fn tile_chunks<'a, S: Simd>(
         let mut wide = chunk.bins.wide.iter().filter_map(|w| w.in_tile(tile_coordinates)).peekable();
         for segment in chunk.bins.segments(tile) {
             let mut rest = segment;
-            // Primitives over many tiles come in between, in the order of submission.
+            // Primitives over many tiles are merged in here, in submission order.
             while let (Some(w), Some(last)) = (wide.peek(), rest.last())
                 && w.sequence < last.sequence
             {

@@ -1,4 +1,4 @@
-//! One tile at work: the queue of blocks, their shading, late tests and blending.
+//! A tile while it is drawn: the queue of blocks, shading, late tests and blending.
 
 use fearless_simd::{Simd, SimdMask, f32x16, mask32x16};
 use fearless_simd_macros::simd;
@@ -18,24 +18,24 @@ use crate::tile::coarse_depth::CoarseDepth;
 use crate::tile::queue::{QUEUE, Queue};
 use crate::tile::targets::{TileContext, TileCounters, TileTargets};
 
-/// One tile at work.
+/// A tile while it is drawn.
 pub(crate) struct TileWorker<'a, 'b> {
     pub context: &'a TileContext<'a>,
     /// First pixel of the tile.
     pub origin: [i32; 2],
     pub targets: &'a mut TileTargets<'b>,
-    /// The tile's depth, where it stays as it is.
+    /// The tile's depth ranges, in passes that do not write depth.
     pub coarse: Option<&'a CoarseDepth>,
     pub scratch: &'a mut Queue,
     pub repeated: &'a mut Vec<TilePrimitive>,
     pub counters: &'a mut TileCounters,
     pub observer: Option<&'a mut dyn Observer>,
     pub chunk: Option<&'a ChunkOutput>,
-    /// Stencil of the block at work before its tests, for the observer.
+    /// Stencil of the current block before its tests, for the observer.
     pub stencil_before: [u8; 16],
-    /// Draw of the last primitive.
+    /// The draw of the last primitive.
     pub draw: u32,
-    /// Whether its blocks may join those of the queue.
+    /// Whether the draw's blocks may be merged with queued ones.
     pub merges: bool,
 }
 
@@ -52,7 +52,7 @@ impl<'a> TileWorker<'a, '_> {
         ShadeSource { primitives, varyings, interpolation }
     }
 
-    /// Queues a block, whose depth before the clamp is `z`; it may join one that is there already.
+    /// Queues a block with depth `z` (before the clamp), or merges it with the same block of another primitive in the queue.
     #[inline(always)]
     pub fn push<S: Simd>(&mut self, simd: S, primitive: &TilePrimitive, bx: i32, by: i32, mask: u16, z: f32x16<S>) {
         let queue = &mut *self.scratch;
@@ -61,7 +61,7 @@ impl<'a> TileWorker<'a, '_> {
         if self.merges {
             let latest = &mut queue.latest[offset_in_tile(bx as usize, by as usize) / 16];
             let slot = usize::from(*latest);
-            // Of an earlier queue only the place may be left: it is the block's if its pixels are.
+            // The slot may be left over from an earlier queue. It is this block's if the position is the same.
             if slot < queue.len
                 && (queue.items[slot].x, queue.items[slot].y, queue.facing[slot]) == (x, y, back)
                 && queue.items[slot].merge(primitive.attributes, mask)
@@ -83,7 +83,7 @@ impl<'a> TileWorker<'a, '_> {
         }
     }
 
-    /// Shades and blends what is queued.
+    /// Shades and blends the queued blocks.
     #[inline(always)]
     pub fn flush<S: Simd>(&mut self, simd: S) {
         if self.scratch.len > 0 {
@@ -184,7 +184,7 @@ impl<'a> TileWorker<'a, '_> {
         self.report(draw, item, i, mask, FragmentOutcome::Passed, before.as_deref());
     }
 
-    /// Depth and stencil tests of the pixels in `mask`; returns those that pass. Depth `z` is as the target stores it.
+    /// Tests depth and stencil of the pixels in `mask`; returns those that pass. `z` is depth as the target stores it.
     #[inline(always)]
     #[allow(
         clippy::too_many_arguments,

@@ -1,4 +1,4 @@
-//! How Mesa's llvmpipe computes, as measured: depth planes and the weights of vertices.
+//! Arithmetic of Mesa's llvmpipe, as measured: depth planes, bias and clipping.
 
 use crate::primitive::clip_vertex::ClipVertex;
 use crate::primitive::planes::ZPlane;
@@ -16,9 +16,9 @@ pub(crate) fn unsnapped_plane(v: [&WindowVertex; 3], f: [f32; 3]) -> ZPlane {
     ZPlane { base: base as f32, dx: dx as f32, dy: dy as f32, anchor, ..ZPlane::default() }
 }
 
-/// The depth plane in f32 from positions before snapping, anchored at the target's origin, and its slope for depth bias.
+/// The depth plane in f32, from positions before snapping and anchored at the target's origin; and its slope for depth bias.
 ///
-/// The slope is not made of the gradients themselves, but of the same products rounded in another order.
+/// The slope is computed from the same products as the gradients, rounded in another order.
 pub(crate) fn depth_plane(v: [&WindowVertex; 3]) -> (ZPlane, f32) {
     let z = [v[0].z, v[1].z, v[2].z];
     let x = [v[0].x - 0.5, v[1].x - 0.5, v[2].x - 0.5];
@@ -32,7 +32,7 @@ pub(crate) fn depth_plane(v: [&WindowVertex; 3]) -> (ZPlane, f32) {
     (ZPlane { base: z[0] - (dx * x[0] + dy * y[0]), dx, dy, ..ZPlane::default() }, slope)
 }
 
-/// A bias as two numbers of 16 bits: where planes are anchored at the target's origin, a tile primitive keeps it in place of the anchor.
+/// Packs a bias into two 16-bit numbers. A tile primitive keeps them in place of its anchor, which is the target's origin.
 pub(crate) fn pack_bias(bias: f32) -> [i32; 2] {
     let bits = bias.to_bits();
     [i32::from(bits as u16 as i16), i32::from((bits >> 16) as u16 as i16)]
@@ -44,7 +44,7 @@ pub(crate) fn unpack_bias([low, high]: [i16; 2]) -> f32 {
     f32::from_bits(u32::from(low as u16) | u32::from(high as u16) << 16)
 }
 
-/// The point where the edge from `inside` (distance `near >= 0`) to `outside` (`far < 0`) meets a clip plane, from whichever end is nearer.
+/// The point where the edge from `inside` (distance `near >= 0`) to `outside` (`far < 0`) meets a clip plane, computed from the nearer end.
 pub(crate) fn clipped_edge(inside: &ClipVertex, near: f32, outside: &ClipVertex, far: f32) -> ClipVertex {
     if -far < near { lerp_vertex(outside, inside, far / (far - near)) } else { lerp_vertex(inside, outside, near / (near - far)) }
 }

@@ -1,4 +1,4 @@
-//! Arithmetic of known rasterizers, as measured. [`RasterRules`](crate::state::RasterRules) choose it; the reference path does not come here.
+//! Arithmetic of known rasterizers, as measured. [`RasterRules`](crate::state::RasterRules) select it; the reference path does not use it.
 
 pub(crate) mod llvmpipe;
 pub(crate) mod outline;

@@ -1,9 +1,9 @@
-//! What SwiftShader covers of a polygon that clipping made: the rows between its left and right outline.
+//! SwiftShader's coverage of a clipped polygon: the rows between its left and right outline.
 //!
-//! It draws every edge of the snapped polygon into one of two lists of columns, by whether the edge goes down or up, later edges over earlier
-//! ones, and fills each row from the left to the right list. For a convex outline that is the polygon by the top-left rule. An outline that
-//! rounding has dented or turned over loses rows, where a fan would cover pixels twice. Which list an edge belongs to follows the sense in which
-//! the triangle winds before it is clipped.
+//! SwiftShader writes every edge of the snapped polygon into one of two lists of columns, by whether the edge goes down or up; later edges overwrite
+//! earlier ones. Then it fills each row from the left list to the right one. For a convex outline, this gives the polygon by the top-left rule. An
+//! outline that rounding has dented or reversed loses rows, where a fan would cover pixels twice. Which list an edge belongs to depends on the
+//! winding of the triangle before it is clipped.
 
 use crate::api::state::PixelRect;
 use crate::primitive::window::HALF;
@@ -11,12 +11,12 @@ use crate::primitive::window::HALF;
 /// Sub-pixel units per pixel.
 const UNITS: i64 = 16;
 
-/// The pixels of a polygon.
+/// The covered pixels of a polygon.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Outline {
-    /// Those of the polygon as it is.
+    /// Those of the polygon by the top-left rule.
     Convex,
-    /// These rectangles', each a run of columns in one row.
+    /// Those of these rectangles, each a run of columns in one row.
     Rows(Vec<PixelRect>),
 }
 
@@ -30,13 +30,13 @@ pub(crate) fn outline(corners: &[[i32; 2]], counter_clockwise: bool, scissor: Pi
     let sense = if counter_clockwise { -1 } else { 1 };
     match sense_of_convex(&points) {
         Some(s) if s == sense => Outline::Convex,
-        // Every row ends before it starts.
+        // A convex outline of the other winding: every row ends before it starts.
         Some(_) => Outline::Rows(Vec::new()),
         None => Outline::Rows(rows(&points, counter_clockwise, scissor)),
     }
 }
 
-/// 1 for a convex outline that is clockwise on the screen, -1 for one that is counter-clockwise; `None` for any other.
+/// Winding of a convex outline: 1 if it is clockwise on the screen, -1 if counter-clockwise; `None` if it is not convex.
 fn sense_of_convex(points: &[[i64; 2]]) -> Option<i64> {
     let count = points.len();
     if count < 3 {
@@ -67,7 +67,7 @@ fn rows(points: &[[i64; 2]], counter_clockwise: bool, scissor: PixelRect) -> Vec
         if !counter_clockwise {
             std::mem::swap(&mut from, &mut to);
         }
-        // Downward edges are left ones.
+        // Downward edges are left edges.
         let is_right = to[1] < from[1];
         let [upper, lower] = if is_right { [to, from] } else { [from, to] };
         let height = lower[1] - upper[1];

@@ -1,12 +1,12 @@
-//! How SwiftShader computes, as measured: depth planes, and the winding of a triangle before it is clipped.
+//! Arithmetic of SwiftShader, as measured: depth planes, winding and clipping.
 
 use crate::primitive::clip_vertex::{ClipVertex, Plane};
 use crate::primitive::corner::Corner;
 use crate::primitive::planes::ZPlane;
 use crate::primitive::window::{GUARD_PX, HALF, WindowVertex};
 
-/// Measured on SwiftShader: the vertex of least clip y leads, then the one of greatest w; f32 relative to it. Also gives the first's depth and
-/// the differences of the other two to it.
+/// The depth plane in f32, relative to one of the vertices. As measured, the vertices are rotated until the one of least clip y is first, then until
+/// the one of greatest w is first. Also returns the first vertex's depth and the differences of the other two to it.
 pub(crate) fn depth_plane(v: [&WindowVertex; 3], clip: [[f32; 4]; 3]) -> (ZPlane, [f32; 3]) {
     let mut order = [0, 1, 2];
     let rotate_to_front = |order: &mut [usize; 3], wanted: f32, key: &dyn Fn(usize) -> f32| {
@@ -32,18 +32,18 @@ pub(crate) fn depth_plane(v: [&WindowVertex; 3], clip: [[f32; 4]; 3]) -> (ZPlane
     let dy = d * (x1 * z2 - x2 * z1);
     let anchor = [(v0.fx - HALF) >> 8, (v0.fy - HALF) >> 8];
     let sixteenths = [((v0.fx - HALF) & 255) as u8 >> 4, ((v0.fy - HALF) & 255) as u8 >> 4];
-    // A corner that clipping cut off can lie beyond what a tile primitive's 16-bit anchor can name.
+    // A corner that clipping cut off can lie beyond the range of a tile primitive's 16-bit anchor.
     let near = anchor.map(|at| at.clamp(i16::MIN.into(), i16::MAX.into()));
     let base = if near == anchor { v0.z } else { v0.z + ((near[0] - anchor[0]) as f32 * dx + (near[1] - anchor[1]) as f32 * dy) };
     let anchor = near;
     (ZPlane { base, dx, dy, anchor, sixteenths, ..ZPlane::default() }, [v0.z, z1, z2])
 }
 
-/// Whether a triangle is counter-clockwise on the screen before it is clipped, as SwiftShader finds out: from the sign of its snapped area
-/// in f32, turned over for each corner behind the eye.
+/// Whether a triangle is counter-clockwise on the screen before it is clipped, as SwiftShader computes it: the sign of the snapped area in f32,
+/// negated for each corner behind the eye.
 pub(crate) fn winds_counter_clockwise(corners: &[Corner; 3]) -> bool {
     let sixteenths = |fx: i32, pixels: f32| {
-        // Far outside only the unsnapped position is known.
+        // Far outside the view, only the position before snapping is known.
         if pixels.abs() < GUARD_PX { ((fx - HALF) >> 4) as f32 } else { ((pixels - 0.5) * 16.0).round_ties_even() }
     };
     let [[x0, y0], [x1, y1], [x2, y2]] = corners.map(|c| [sixteenths(c.window.fx, c.window.x), sixteenths(c.window.fy, c.window.y)]);

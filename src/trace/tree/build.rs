@@ -1,4 +1,4 @@
-//! From the library's binary hierarchy to nodes of sixteen boxes.
+//! Converts the library's binary hierarchy to nodes of sixteen boxes.
 
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb as Bounds;
@@ -55,7 +55,7 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// Fills a node with what is below a node of the binary tree.
+    /// Fills a node with the subtree of a node of the binary tree.
     fn fill(&self, tree: &mut Tree, node: usize, root: u32) {
         let mut work = vec![(node, root)];
         while let Some((node, root)) = work.pop() {
@@ -79,7 +79,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Opens the largest boxes below a node until there are sixteen, or all that is left makes leaves.
+    /// Replaces the largest boxes below a node by their children until there are sixteen boxes or only leaves remain.
     fn open(&self, root: u32) -> Vec<u32> {
         let mut open = vec![root];
         while open.len() < WIDTH {
@@ -94,7 +94,7 @@ impl Builder<'_> {
         open
     }
 
-    /// All triangles below a node of the binary tree.
+    /// All triangles below a node of the binary tree, as a leaf.
     fn leaf(&self, root: u32) -> Leaf {
         let mut leaf = Leaf { corners: [[[0.0; WIDTH]; 3]; 3], numbers: [NONE; WIDTH], count: 0 };
         let mut stack = vec![root];

@@ -1,11 +1,11 @@
-//! Rays against many triangles: a tree of sixteen boxes a node and up to sixteen triangles a leaf.
+//! Intersects rays with many triangles: a tree with sixteen boxes per node and up to sixteen triangles per leaf.
 //!
-//! `obvhs` builds the hierarchy, with two children a node; here nodes are opened until they have sixteen. A single ray ([`walk`]) meets all boxes
-//! of a node, or all triangles of a leaf, in the lanes of one register. Sixteen rays that go about the same way ([`packet`]) share the way
-//! down: each box is asked once for all of them, and those that part from the others go on alone.
+//! `obvhs` builds a binary hierarchy; its nodes are merged until they have sixteen children. A single ray ([`walk`]) is tested against all boxes of a
+//! node, or all triangles of a leaf, in the lanes of one register. Sixteen rays of similar direction ([`packet`]) traverse the tree together: each
+//! box is tested once for all of them, and rays that diverge from the others continue alone.
 //!
-//! Which triangle a ray meets depends on nothing but ray and triangles: of two at one distance it is the one with the lower number. So both
-//! walks give the same bits, whatever rays go together.
+//! The triangle that a ray meets depends only on the ray and the triangles: of two triangles at one distance, the one with the lower number is met.
+//! So both traversals give the same bits, whatever rays form a packet.
 
 mod build;
 mod packet;
@@ -20,20 +20,20 @@ use nephroid_math::vector::{V3, v3};
 pub(super) use build::Numbered;
 pub(super) use packet::{Hits, Packet};
 
-/// Boxes of a node, triangles of a leaf.
+/// Boxes per node and triangles per leaf.
 const WIDTH: usize = 16;
 
-/// Most entries of a stack: fifteen for each level of a tree that is at least as flat as the binary one, which for the most triangles allowed is
-/// some seven levels deep, with room to spare.
+/// Capacity of a traversal stack: fifteen entries for each level. A tree is at most as deep as the binary one; with the largest number of triangles
+/// allowed it has about seven levels, so this is more than enough.
 const STACK: usize = 512;
 
-/// Components of directions are taken for at least this, so that their inverses are finite.
+/// Lower bound on the magnitude of direction components, so that their inverses are finite.
 const LEAST_COMPONENT: f32 = 1.0e-12;
 
-/// No triangle, or no object.
+/// Number that stands for no triangle or no object.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Sixteen boxes and what is in them; each array is one cache line.
+/// Sixteen boxes and their children; each array is one cache line.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Node {
@@ -41,7 +41,7 @@ struct Node {
     high: [[f32; WIDTH]; 3],
     /// Index of a node, or of a leaf with [`LEAF`] set.
     children: [u32; WIDTH],
-    /// One bit per child that exists.
+    /// One bit for each child that exists.
     exists: u32,
 }
 
@@ -49,7 +49,7 @@ impl Node {
     const EMPTY: Self = Self { low: [[0.0; WIDTH]; 3], high: [[0.0; WIDTH]; 3], children: [0; WIDTH], exists: 0 };
 }
 
-/// Marks the index of a leaf.
+/// Bit that marks the index of a leaf.
 const LEAF: u32 = 1 << 31;
 
 /// Up to sixteen triangles: coordinates of corners a, b and c.
@@ -57,9 +57,9 @@ const LEAF: u32 = 1 << 31;
 #[repr(align(64))]
 struct Leaf {
     corners: [[[f32; WIDTH]; 3]; 3],
-    /// Number of each triangle; [`NONE`] for those that are not there.
+    /// Number of each triangle; [`NONE`] for unused places.
     numbers: [u32; WIDTH],
-    /// Triangles that are there.
+    /// Number of triangles.
     count: u32,
 }
 
@@ -69,7 +69,7 @@ pub(super) struct Tree {
     leaves: Vec<Leaf>,
 }
 
-/// A surface point that a ray meets.
+/// Intersection of a ray with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Hit {
     /// Distance, m.
@@ -79,7 +79,7 @@ pub(super) struct Hit {
 }
 
 impl Hit {
-    /// Keeps the nearer of two, and of two at one distance the one with the lower number. The first must be nearer than the limit.
+    /// Keeps the nearer of two intersections; of two at one distance, the one with the lower number. The first must be nearer than the limit.
     #[inline(always)]
     fn keep(&mut self, t: f32, triangle: u32) {
         if t < self.t || (t == self.t && triangle < self.triangle && self.triangle != NONE) {
@@ -89,36 +89,36 @@ impl Hit {
 }
 
 impl Tree {
-    /// What to look into first: a leaf, if there is but one.
+    /// The node or leaf at which a traversal starts.
     fn root(&self) -> u32 {
         if self.leaves.len() == 1 { LEAF } else { 0 }
     }
 
-    /// A tree over triangles; boxes are enlarged by `slack` metres. `None` over nothing.
+    /// Builds a tree over triangles. Boxes are enlarged by `slack` metres. `None` without triangles.
     pub fn new(triangles: &[Numbered], slack: f32) -> Option<Self> {
         (!triangles.is_empty()).then(|| build::build(triangles, slack))
     }
 
-    /// The nearest triangle along a ray, up to `limit` metres; the one numbered `skip` is passed over.
+    /// The nearest triangle along a ray, up to `limit` metres. The triangle numbered `skip` is ignored.
     #[inline]
     pub fn nearest(&self, level: Level, origin: Vec3, direction: Vec3, limit: f32, skip: u32) -> Option<Hit> {
         let hit = walk::nearest(level, self, [origin, direction], limit, skip);
         (hit.triangle != NONE).then_some(hit)
     }
 
-    /// [`Tree::nearest`] for the rays of a packet that `active` names, one bit for each; what it finds is put in `hits`.
+    /// [`Tree::nearest`] for the rays of a packet in `active`, one bit each. Results are written to `hits`.
     #[inline]
     pub fn nearest_of_packet(&self, level: Level, packet: &Packet<'_>, active: u32, hits: &mut Hits) {
         packet::nearest(level, self, packet, active, hits);
     }
 }
 
-/// Rays, one per lane, with what is asked of them again and again.
+/// Rays, one per lane, with values that all tests use.
 #[derive(Clone, Copy)]
 struct Probe<L> {
     origin: V3<L>,
     direction: V3<L>,
-    /// Two directions across.
+    /// Two unit vectors perpendicular to the direction.
     across: [V3<L>; 2],
     /// One over the components of the direction.
     inverse: V3<L>,
@@ -139,7 +139,7 @@ fn inverse<L: Lanes>(component: L) -> L {
     component.like(1.0) / L::select(component.abs().lt(least), least, component)
 }
 
-/// Two unit vectors across a third and each other [Duff et al. 2017].
+/// Two unit vectors perpendicular to a third and to each other [Duff et al. 2017].
 #[inline(always)]
 fn across<L: Lanes>(n: V3<L>) -> (V3<L>, V3<L>) {
     let sign = L::select(n.z.lt(n.z.like(0.0)), n.z.like(-1.0), n.z.like(1.0));
@@ -148,7 +148,7 @@ fn across<L: Lanes>(n: V3<L>) -> (V3<L>, V3<L>) {
     (v3(sign * n.x * n.x * a + 1.0, sign * b, -(sign * n.x)), v3(b, sign + n.y * n.y * a, -n.y))
 }
 
-/// Distances at which rays enter boxes, and which of them meet them before `limit`; one ray and many boxes, or many rays and one box.
+/// Distances at which rays enter boxes, and a mask of the boxes met before `limit`: one ray and many boxes, or many rays and one box.
 #[inline(always)]
 fn meet_boxes<L: Lanes>(low: V3<L>, high: V3<L>, probe: &Probe<L>, limit: L) -> (L, L::Mask) {
     let (a, b) = (low - probe.origin, high - probe.origin);
@@ -160,11 +160,11 @@ fn meet_boxes<L: Lanes>(low: V3<L>, high: V3<L>, probe: &Probe<L>, limit: L) -> 
     (enter, enter.le(leave))
 }
 
-/// Distances at which rays meet triangles `[a, b, c]`, from either side, and which of them do so up to `limit`.
+/// Distances at which rays meet triangles `[a, b, c]` from either side, and a mask of those met up to `limit`.
 ///
-/// Seen along the ray, a triangle is flat and the ray a point; it is inside if it lies on one side of all edges. Two triangles of one
-/// edge compute its side from the same numbers up to the sign, so that no ray slips through between them [Woop et al. 2013].
-/// Coordinates are measured from the ray, so that small triangles far from its origin keep their digits.
+/// Seen along the ray, the triangle is planar and the ray a point. The point is inside if it lies on one side of all edges. Two triangles at an edge
+/// compute the side from the same numbers up to the sign, so no ray passes between them [Woop et al. 2013]. Coordinates are relative to the ray, so
+/// small triangles far from its origin keep their digits.
 #[inline(always)]
 fn meet_triangles<L: Lanes>(corners: [V3<L>; 3], probe: &Probe<L>, limit: L) -> (L, u32) {
     let [a, b, c] = [corners[0] - probe.origin, corners[1] - probe.origin, corners[2] - probe.origin];

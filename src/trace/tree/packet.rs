@@ -1,7 +1,7 @@
-//! Sixteen rays that share their way down the tree.
+//! Traversal of the tree by sixteen rays together.
 //!
-//! On its way a packet asks a node's sixteen boxes at once whether any of its rays can meet them, by intervals of origins and directions, and then
-//! each of the few that are left for all rays at once. Rays that are alone in a box go on alone.
+//! A packet first tests the sixteen boxes of a node at once, by intervals of the rays' origins and directions, and then tests each of the remaining
+//! boxes for all rays at once. Few rays in a box continue one by one.
 
 use arrayvec::ArrayVec;
 use fearless_simd::{Level, Simd, f32x16};
@@ -15,24 +15,24 @@ use nephroid_math::vector::V3;
 use super::walk::{self, meet_leaf, walk};
 use super::{Hit, LEAF, Leaf, NONE, Node, Probe, STACK, Tree, WIDTH, load, meet_boxes, meet_triangles};
 
-/// Rays of a packet.
+/// Number of rays of a packet.
 const RAYS: usize = 16;
 
-/// Sixteen rays, one per place of each slice.
+/// Sixteen rays, one per element of each array.
 pub(crate) struct Packet<'a> {
-    /// Starts, world space, m: one array per coordinate.
+    /// Start points, world space, m: one array per coordinate.
     pub origin: [&'a [f32; RAYS]; 3],
-    /// Unit vectors.
+    /// Unit direction vectors: one array per coordinate.
     pub direction: [&'a [f32; RAYS]; 3],
-    /// Triangle that each passes over.
+    /// The triangle that each ray ignores.
     pub skip: &'a [u32; RAYS],
 }
 
-/// What sixteen rays meet.
+/// Intersections of sixteen rays.
 pub(crate) struct Hits {
-    /// Distance, m. Going in: how far to look.
+    /// Distance to the triangle, m. As input: the greatest distance to search.
     pub t: [f32; RAYS],
-    /// Number of the triangle; [`NONE`] for none.
+    /// Number of the triangle; [`NONE`] if the ray meets none.
     pub triangles: [u32; RAYS],
 }
 
@@ -55,7 +55,7 @@ impl Hits {
     }
 }
 
-/// The nearest triangle along each ray that `active` names.
+/// Finds the nearest triangle along each ray in `active`.
 #[inline]
 pub(super) fn nearest(level: Level, tree: &Tree, packet: &Packet<'_>, active: u32, hits: &mut Hits) {
     wide_dispatch!(level, simd => wide(simd, tree, packet, active, hits), {
@@ -67,7 +67,7 @@ pub(super) fn nearest(level: Level, tree: &Tree, packet: &Packet<'_>, active: u3
     });
 }
 
-/// Indices of the bits of a word that are set.
+/// Indices of the set bits of a word.
 fn bits(mut word: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let bit = (word != 0).then(|| word.trailing_zeros() as usize);
@@ -81,10 +81,10 @@ fn wide<S: Simd>(simd: S, tree: &Tree, packet: &Packet<'_>, active: u32, hits: &
     walk_packet::<f32x16<S>>(simd, tree, packet, active, hits);
 }
 
-/// Up to this many rays in a box are followed one by one.
+/// At most this many rays in a box are followed one by one.
 const FEW: u32 = 4;
 
-/// A node or leaf to look into, and where each ray enters its box: NaN for rays that miss it.
+/// A node or leaf to visit, and the distance at which each ray enters its box: NaN for rays that miss the box.
 #[derive(Clone, Copy)]
 struct Entry {
     reference: u32,
@@ -131,10 +131,10 @@ fn walk_packet<L: Lanes>(token: L::Token, tree: &Tree, packet: &Packet<'_>, acti
     }
 }
 
-/// How far rays look that do not take part: no box is so near.
+/// Search distance of inactive rays: no box is so near.
 const NOWHERE: f32 = -1.0;
 
-/// Numbers of rays, with `value` for those that do not take part.
+/// Values of the active rays; inactive rays get `value`.
 #[inline(always)]
 fn filled(mut numbers: [f32; RAYS], active: u32, value: f32) -> [f32; RAYS] {
     for ray in bits(!active & 0xffff) {
@@ -143,7 +143,7 @@ fn filled(mut numbers: [f32; RAYS], active: u32, value: f32) -> [f32; RAYS] {
     numbers
 }
 
-/// Looks for the boxes of a node that any ray meets; the nearest comes off the stack first.
+/// Pushes the boxes of a node that any active ray meets. The nearest is on top of the stack.
 #[inline(always)]
 fn push_children<L: Lanes>(
     token: L::Token,
@@ -164,7 +164,7 @@ fn push_children<L: Lanes>(
             continue;
         }
         L::select(meets, enter, L::splat(token, f32::NAN)).store(&mut entered[child]);
-        // Rays of a packet agree more or less on what is near: any of them says.
+        // The rays of a packet have similar distances, so one of them decides the order.
         let near = entered[child][rays.trailing_zeros() as usize];
         let rank = order.iter().position(|&(other, _)| other < near).unwrap_or(order.len());
         order.insert(rank, (near, child));
@@ -174,7 +174,7 @@ fn push_children<L: Lanes>(
     }
 }
 
-/// Meets each triangle of a leaf with all rays that `rays` names.
+/// Intersects each triangle of a leaf with all rays in `rays`.
 #[inline(always)]
 fn meet_leaf_together<L: Lanes>(token: L::Token, leaf: &Leaf, probe: &Probe<L>, skip: &[u32; RAYS], rays: u32, found: &mut Hits) {
     for slot in 0..leaf.count as usize {
@@ -198,13 +198,13 @@ fn arrays<L: Lanes>(v: V3<L>) -> [[f32; RAYS]; 3] {
     [v.x.to_array(), v.y.to_array(), v.z.to_array()]
 }
 
-/// One of sixteen places, in all lanes.
+/// Element `index` of an array, in all lanes.
 #[inline(always)]
 fn place<L: Lanes>(token: L::Token, of: &[[f32; RAYS]; 3], index: usize) -> V3<L> {
     V3::splat(token, Vec3::new(of[0][index], of[1][index], of[2][index]))
 }
 
-/// The probe of a packet, from which those of single rays are taken.
+/// The packet's probe, from which probes of single rays are taken.
 struct Singles([[[f32; RAYS]; 3]; 5]);
 
 impl Singles {
@@ -227,10 +227,10 @@ impl Singles {
     }
 }
 
-/// Least and greatest of what the rays of a packet have.
+/// Intervals that contain the values of all active rays.
 struct Intervals {
     origin: [[f32; 2]; 3],
-    /// Of the inverses of directions; `None` along an axis on which the rays go both ways.
+    /// Intervals of the inverse directions; `None` for an axis along which the rays have both signs.
     inverse: [Option<[f32; 2]>; 3],
 }
 
@@ -247,8 +247,8 @@ impl Intervals {
         intervals
     }
 
-    /// One bit for each box of a node that a ray could meet. Differences and products round the same way for all rays, so that a box is
-    /// let go only if every ray's own test would.
+    /// One bit for each box of a node that a ray could meet. Differences and products are rounded in the same way for all rays, so a box is rejected
+    /// only if every ray's own test would reject it.
     #[inline(always)]
     fn meet<L: Lanes>(&self, token: L::Token, node: &Node) -> u32 {
         let mut hits = 0;

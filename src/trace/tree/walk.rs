@@ -1,4 +1,4 @@
-//! One ray: sixteen boxes, or sixteen triangles, at a time.
+//! Traversal of the tree by one ray: sixteen boxes, or sixteen triangles, at a time.
 
 use arrayvec::ArrayVec;
 use fearless_simd::{Level, Simd, f32x16};
@@ -30,7 +30,7 @@ fn whole<L: Lanes>(token: L::Token, tree: &Tree, [origin, direction]: [Vec3; 2],
     best
 }
 
-/// Looks below one node, or in one leaf, for anything nearer than `best`; all lanes of the probe are one ray.
+/// Searches below one node, or in one leaf, for an intersection nearer than `best`. All lanes of the probe hold the same ray.
 #[inline(always)]
 pub(super) fn walk<L: Lanes>(token: L::Token, tree: &Tree, root: u32, probe: &Probe<L>, skip: u32, best: &mut Hit) {
     let mut stack = ArrayVec::<(u32, f32), STACK>::new();
@@ -45,7 +45,7 @@ pub(super) fn walk<L: Lanes>(token: L::Token, tree: &Tree, root: u32, probe: &Pr
         }
         let node = &tree.nodes[reference as usize];
         let (entries, mut hits) = meet_node::<L>(token, node, probe, best.t);
-        // The nearest box comes off the stack first.
+        // The nearest box is on top of the stack.
         let bottom = stack.len();
         while hits != 0 {
             let child = hits.trailing_zeros() as usize;
@@ -60,7 +60,7 @@ pub(super) fn walk<L: Lanes>(token: L::Token, tree: &Tree, root: u32, probe: &Pr
     }
 }
 
-/// Distances at which a ray enters sixteen boxes, and one bit for each that it meets up to `limit`.
+/// Distances at which a ray enters sixteen boxes, and one bit for each box met up to `limit`.
 #[inline(always)]
 fn meet_node<L: Lanes>(token: L::Token, node: &Node, probe: &Probe<L>, limit: f32) -> ([f32; WIDTH], u32) {
     let mut entries = [0.0; WIDTH];
@@ -74,7 +74,7 @@ fn meet_node<L: Lanes>(token: L::Token, node: &Node, probe: &Probe<L>, limit: f3
     (entries, bits & node.exists)
 }
 
-/// Meets the triangles of a leaf with a ray; keeps the nearest.
+/// Intersects a ray with the triangles of a leaf and keeps the nearest intersection.
 #[inline(always)]
 pub(super) fn meet_leaf<L: Lanes>(token: L::Token, leaf: &Leaf, probe: &Probe<L>, skip: u32, best: &mut Hit) {
     for first in (0..WIDTH).step_by(L::LEN) {

@@ -1,48 +1,48 @@
-//! Where rays meet a water surface.
+//! Intersects rays with a water surface.
 //!
-//! Along a ray that is steeper than the surface can be, the height over the surface only falls, or only rises: it has one root, which
-//! Newton's method finds in a few steps from the mean level, bracketed by the bounds of the surface. Other rays march: the height over
-//! the surface, divided by the fastest it can change, is a distance that is safe to go. Light from the sky is nearly always of the first
-//! kind, sixteen rays at a time; the second kind goes one by one.
+//! Along a ray that is steeper than the surface can be, the height over the surface is monotonic and has one root. Newton's method finds it in a few
+//! steps from the mean level, bracketed by the bounds of the surface. Other rays march: the height over the surface divided by its greatest rate of
+//! change is a safe step. Light from the sky nearly always is of the first kind, which is processed sixteen rays at a time; rays of the second kind
+//! are processed one by one.
 
 use nephroid_math::lanes::{Lanes, Mask as _};
 use nephroid_math::vector::{V3, v3};
 
 use super::{Heights, WaterSurface};
 
-/// Most steps of Newton's method; what has not settled by then is bisected.
+/// Most steps of Newton's method; roots that have not converged by then are found by bisection.
 const NEWTON_STEPS: usize = 8;
 
-/// Steps of a bisection: the bracket shrinks to a few units in the last place.
+/// Steps of a bisection, which shrink the bracket to a few units in the last place.
 const BISECTIONS: usize = 32;
 
 /// Most steps of a march.
 const MARCH_STEPS: usize = 4096;
 
-/// Least step of a march and largest residual of a root, as a share of the size of things.
+/// Least step of a march and largest residual of a root, as a share of the scale of coordinates.
 const TINY: f32 = 1.0e-6;
 
-/// Rays in lanes, and on which side of the surface they start: 1 above, −1 below, 0 for rays that no water stops.
+/// Rays in lanes, and the side of the surface on which each starts: 1 above, −1 below, 0 for rays that the water does not stop.
 #[derive(Clone, Copy)]
 pub struct Rays<L> {
     /// Start, world space, m.
     pub origin: V3<L>,
     /// Unit vector.
     pub direction: V3<L>,
-    /// Side.
+    /// Side of the surface: 1, −1 or 0.
     pub side: L,
 }
 
-/// Where rays meet the surface.
+/// Intersections with the surface.
 #[derive(Clone, Copy)]
 pub struct Crossing<L> {
-    /// Distance, m; infinite where they do not.
+    /// Distance, m; infinite for rays that miss.
     pub t: L,
-    /// Unit normal there, pointing up; means nothing where they do not.
+    /// Unit normal of the surface, pointing up; undefined for rays that miss.
     pub normal: V3<L>,
 }
 
-/// Meets rays with the surface.
+/// Intersects rays with the surface.
 #[inline(always)]
 pub fn crossings<L: Lanes, H: Heights>(surface: &WaterSurface, heights: &H, rays: Rays<L>) -> Crossing<L> {
     let zero = rays.side.like(0.0);
@@ -65,13 +65,13 @@ pub fn crossings<L: Lanes, H: Heights>(surface: &WaterSurface, heights: &H, rays
     if !met.any() {
         return Crossing { t, normal: v3(zero, zero, zero) };
     }
-    // A finite stand-in where nothing is met: a normal of infinity is no number.
+    // Rays that miss get a finite position, because the normal at infinity would be NaN.
     let at = L::select(met, t, zero);
     let normal = heights.normal(rays.origin.x + d.x * at, rays.origin.z + d.z * at);
     Crossing { t, normal }
 }
 
-/// The single root of rays that are steeper than the surface, or infinity if it lies behind them or beside the water.
+/// The only root of rays that are steeper than the surface; infinity if it lies behind the ray's start or outside of the water's rectangle.
 #[inline(always)]
 fn steep_root<L: Lanes, H: Heights>(surface: &WaterSurface, heights: &H, rays: Rays<L>) -> L {
     let (o, d) = (rays.origin, rays.direction);
@@ -83,14 +83,14 @@ fn steep_root<L: Lanes, H: Heights>(surface: &WaterSurface, heights: &H, rays: R
     let low = Lanes::max(Lanes::min(a, b), zero);
     let high = Lanes::max(Lanes::max(a, b), zero);
     let mut t = Lanes::min(Lanes::max(-y * inverse, low), high);
-    // Heights of the rays over the surface are as exact as the coordinates are.
+    // Accuracy of the rays' heights over the surface, from that of the coordinates.
     let exact = (y.abs() + o.x.abs() + o.z.abs() + surface.rise) * 2.0e-7 + 1.0e-7;
     let mut settled = zero.lt(zero);
     for _ in 0..NEWTON_STEPS {
         let (h, slope_x, slope_z) = heights.rise_and_slope(o.x + d.x * t, o.z + d.z * t);
         let f = y + d.y * t - h;
         let step = f / (d.y - slope_x * d.x - slope_z * d.z);
-        // A lane that has settled stays as it is, whatever the others still need.
+        // A converged lane keeps its value while others iterate.
         t = L::select(settled, t, Lanes::min(Lanes::max(t - step, low), high));
         settled = settled | f.abs().le(exact);
         if settled.all() {
@@ -113,7 +113,7 @@ fn steep_root<L: Lanes, H: Heights>(surface: &WaterSurface, heights: &H, rays: R
     L::select(over & high.gt(zero), t, infinite)
 }
 
-/// Marches the chosen lanes one by one; the others keep their `t`.
+/// Marches the chosen lanes one by one. The others keep their `t`.
 #[inline(always)]
 fn march_lanes<L: Lanes, H: Heights>(surface: &WaterSurface, heights: &H, rays: Rays<L>, chosen: L::Mask, t: L) -> L {
     let (o, d) = (rays.origin, rays.direction);
@@ -130,10 +130,10 @@ fn march_lanes<L: Lanes, H: Heights>(surface: &WaterSurface, heights: &H, rays: 
     L::load(t.token(), &found)
 }
 
-/// The first root of a ray that may meet the surface any number of times.
+/// The first root of a ray that may meet the surface several times.
 fn march<H: Heights>(surface: &WaterSurface, heights: &H, o: [f32; 3], d: [f32; 3], side: f32) -> f32 {
     let y = o[1] - surface.level;
-    // The part of the ray over the rectangle and between the bounds of the surface.
+    // The part of the ray that is over the rectangle and between the bounds of the surface.
     let (mut from, mut to) = (0.0_f32, f32::INFINITY);
     for (start, step, low, high) in
         [(o[0], d[0], surface.min.x, surface.max.x), (y, d[1], -surface.rise, surface.rise), (o[2], d[2], surface.min.y, surface.max.y)]
@@ -157,7 +157,7 @@ fn march<H: Heights>(surface: &WaterSurface, heights: &H, o: [f32; 3], d: [f32; 
     let mut t = from;
     let mut f = over(t);
     if f < 0.0 {
-        // A ray that comes in beside the water, below its surface; or one that starts on the surface and rounding put it across.
+        // The ray enters beside the water and below its surface, or it starts on the surface and rounding has put it across.
         if from > 0.0 || f < -least {
             return f32::INFINITY;
         }

@@ -1,7 +1,7 @@
-//! The water as a technique has it: a mesh of triangles over an even grid, with a normal at every vertex.
+//! The water surface of techniques: a triangle mesh over a regular grid, with a normal at every vertex.
 //!
-//! Light meets the flat triangles and is refracted at normals interpolated over them, so that what differs from the exact surface is the
-//! mesh alone, and what differs from a technique on the same mesh is the technique.
+//! Light meets the flat triangles and is refracted at normals interpolated over them. Results differ from those of the exact surface because of the
+//! mesh alone, and from those of a technique on the same mesh because of the technique alone.
 
 use nephroid_math::lanes::{Lanes, Mask as _};
 use nephroid_math::vector::{V3, v3};
@@ -20,8 +20,7 @@ pub(super) struct MeshSurface {
     normals: Vec<glam::Vec3>,
 }
 
-/// A point's cell, as the index of its first vertex, and its place in the triangle: the corner it is measured from, towards which of the
-/// others, and how far.
+/// The cell of a point and its barycentric position in one of the cell's triangles.
 struct Place<L: Lanes> {
     /// Index of vertex (0, 0) of the cell, per lane.
     first: [usize; 16],
@@ -34,7 +33,7 @@ struct Place<L: Lanes> {
 }
 
 impl MeshSurface {
-    /// The mesh of a height field whose mean level is 0.
+    /// From a height field whose mean level is 0.
     pub fn new(field: &HeightField) -> Self {
         Self {
             columns: field.columns as usize,
@@ -46,7 +45,7 @@ impl MeshSurface {
         }
     }
 
-    /// Bounds of height and slope.
+    /// Bounds on the magnitudes of height and slope.
     pub fn bounds(&self) -> (f64, f64) {
         let rise = self.heights.iter().fold(0.0, |most: f64, &h| most.max(f64::from(h.abs())));
         let rows = self.heights.len() / self.columns;
@@ -82,7 +81,7 @@ impl MeshSurface {
         Place { first, near, a: L::select(near, fu, -fu + 1.0), b: L::select(near, fv, -fv + 1.0) }
     }
 
-    /// Values at the corner that a place is measured from and at the other two.
+    /// Values at the corner from which a position is measured, and at the other two.
     #[inline(always)]
     fn gather<L: Lanes>(&self, place: &Place<L>, token: L::Token, value: impl Fn(usize) -> f32) -> [L; 3] {
         let near = place.near.bits();
@@ -106,7 +105,7 @@ impl Heights for MeshSurface {
         let [corner, a, b] = self.gather(&place, x.token(), |index| self.heights[index]);
         let (da, db) = (a - corner, b - corner);
         let rise = corner + da * place.a + db * place.b;
-        // In the far triangle weights grow against x and z.
+        // In the far triangle, weights increase against x and z.
         let sign = L::select(place.near, x.like(1.0), x.like(-1.0));
         (rise, da * sign * self.inverse_spacing[0], db * sign * self.inverse_spacing[1])
     }

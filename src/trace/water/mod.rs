@@ -1,11 +1,11 @@
-//! The water surface as light meets it: a height above the mean level over a rectangle, sixteen rays at a time.
+//! The water surface for light: height above the mean level over a rectangle, for sixteen rays at a time.
 //!
-//! Three kinds: the model's own formula; for simulated water, which has none, biquadratic patches through samples of the model; and a mesh of
-//! triangles with smooth normals, which is what techniques draw. All answer two questions, how high and how steep the surface is at
-//! (x, z), and which way it faces there; [`hit`] finds where rays meet it from those alone.
+//! There are three kinds: the model's own formula; for simulated water, which has no formula, biquadratic patches through samples of the model; and a
+//! triangle mesh with smooth normals, which is what techniques draw. Each kind gives height, slope and normal at (x, z); [`hit`] intersects rays with
+//! the surface from these alone.
 //!
-//! Water has a surface and no sides: light that leaves the rectangle under water stays in the water, and light that comes in
-//! below the surface from beside it stays dry.
+//! Water has a surface and no sides: light that leaves the rectangle under water stays in water, and light that enters from the side below the
+//! surface stays in air.
 
 mod hit;
 mod mesh;
@@ -29,9 +29,9 @@ pub(super) struct WaterSurface {
     pub level: f32,
     /// Corner of the rectangle with the smallest x and z, m.
     pub min: Vec2,
-    /// Corner with the largest.
+    /// Corner of the rectangle with the largest x and z, m.
     pub max: Vec2,
-    /// Bound on the magnitude of the height above the mean level, m.
+    /// Bound on the magnitude of height above the mean level, m.
     pub rise: f32,
     /// Bound on the magnitude of the slope.
     pub slope: f32,
@@ -44,11 +44,11 @@ enum Shape {
     Mesh(MeshSurface),
 }
 
-/// What [`hit`] asks of a surface.
+/// Evaluation of a surface, for [`hit`].
 pub(super) trait Heights {
-    /// Height above the mean level and slope along x and z at points of the rectangle; the surface is continuous.
+    /// Height above the mean level and slopes along x and z, at points of the rectangle. The surface is continuous.
     fn rise_and_slope<L: Lanes>(&self, x: L, z: L) -> (L, L, L);
-    /// Unit normal that light is refracted at; y is positive.
+    /// Unit normal at which light is refracted; y is positive.
     fn normal<L: Lanes>(&self, x: L, z: L) -> V3<L>;
 }
 
@@ -72,19 +72,19 @@ fn normal_of_slope<L: Lanes>(slope_x: L, slope_z: L) -> V3<L> {
     v3(-(slope_x * inverse), inverse, -(slope_z * inverse))
 }
 
-/// Work over a surface whose kind is known only at run time: a generic function as a value.
+/// Work on a surface whose kind is known only at run time: a generic function as a value.
 pub(super) trait OverHeights {
-    /// What comes of it.
+    /// Result of the work.
     type Output;
-    /// Does it.
+    /// Does the work on a surface.
     fn run<H: Heights>(self, heights: &H) -> Self::Output;
 }
 
 impl WaterSurface {
-    /// The surface of the scene's water at its time: exact, or the mesh that the scene's trace settings ask for; `None` for a dry scene.
+    /// The surface of the scene's water at the scene's time: exact, or the mesh that the scene's trace settings select; `None` without water.
     pub fn new(scene: &Scene) -> Option<Self> {
         let water = scene.water.as_ref()?;
-        // Heights near 0 keep their digits, whatever the level is.
+        // Heights near 0 keep their digits, whatever the water level is.
         let leveled = Water { level_m: 0.0, ..water.clone() };
         let (min, max) = (water.min_ws(), water.max_ws());
         let reach = f64::from((max - min).length()) * 0.5;
@@ -105,12 +105,12 @@ impl WaterSurface {
                 (Shape::Patches(patches), rise, slope)
             }
         };
-        // A little more than the bounds, for rounding.
+        // Bounds with a margin for rounding.
         let rise = (rise * 1.000_01 + 1.0e-6 * reach) as f32;
         Some(Self { level: water.level_m, min, max, rise, slope: (slope * 1.000_01) as f32, shape })
     }
 
-    /// World y of the surface at world (x, z) and its unit normal, whether or not the point is in the rectangle.
+    /// World y of the surface at world (x, z), and its unit normal. The point may lie outside of the rectangle.
     pub fn at(&self, x: f32, z: f32) -> (f32, Vec3) {
         struct At(f32, f32);
         impl OverHeights for At {
@@ -123,7 +123,7 @@ impl WaterSurface {
         (self.level + rise, Vec3::new(n.x, n.y, n.z))
     }
 
-    /// Runs generic work with the surface's own kind.
+    /// Runs generic work on the surface's own kind.
     #[inline]
     pub fn over<W: OverHeights>(&self, work: W) -> W::Output {
         match &self.shape {
@@ -133,7 +133,7 @@ impl WaterSurface {
         }
     }
 
-    /// Where one ray meets the surface.
+    /// Intersects one ray with the surface.
     pub fn cross(&self, rays: Rays<f32>) -> Crossing<f32> {
         struct Cross<'a>(&'a WaterSurface, Rays<f32>);
         impl OverHeights for Cross<'_> {
@@ -152,15 +152,15 @@ impl WaterSurface {
     }
 }
 
-/// Samples along x and z that hold a simulated model exactly, or as finely as the limit of a grid allows: three for every two steps.
+/// Number of samples along x and z that represent a simulated model exactly, or as finely as a grid can: three for every two steps.
 fn samples(water: &Water) -> (u32, u32) {
     match &water.model {
-        // A biquadratic spline over its columns: one patch for each.
+        // The model is a biquadratic spline over its columns: one patch per column.
         WaterModel::PipeFluid(settings) => {
             let (columns, rows) = settings.cell_counts(water);
             (2 * columns + 1, 2 * rows + 1)
         }
-        // A cubic convolution of a periodic grid, of any size against the water: as fine as can be.
+        // The model is a cubic convolution of a periodic grid of any size relative to the water: use the finest grid.
         _ => (4095, 4095),
     }
 }

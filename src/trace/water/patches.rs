@@ -1,7 +1,7 @@
 //! Simulated water: a biquadratic patch through every 3x3 samples of the model.
 //!
-//! A fluid of columns is a biquadratic spline whose pieces end between columns. Sampled at those ends and at the middles, it is reproduced
-//! exactly, but for rounding. A sum of thousands of waves is reproduced to third order in the distance of the samples.
+//! A fluid of columns is a biquadratic spline whose pieces end between columns. Samples at these ends and at the middles reproduce it exactly, up to
+//! rounding. A sum of thousands of waves is reproduced to third order in the distance of the samples.
 
 use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::V3;
@@ -20,7 +20,7 @@ pub(super) struct Patches {
 }
 
 impl Patches {
-    /// Patches through samples of a surface whose mean level is 0; an odd number of them along each side, at least 3.
+    /// Patches through samples of a surface whose mean level is 0. The number of samples along each side is odd and at least 3.
     pub fn new(field: &HeightField) -> Self {
         let size = field.spacing_m * 2.0;
         Self {
@@ -32,8 +32,8 @@ impl Patches {
         }
     }
 
-    /// Bounds of height and slope. A quadratic through three values at 0, ½ and 1 has Bézier ordinates `a, 2b − (a + c)/2, c`: it lies
-    /// between the least and the greatest of them, and its slope between twice their differences.
+    /// Bounds on the magnitudes of height and slope. A quadratic through three values at 0, ½ and 1 has Bézier ordinates `a, 2b − (a + c)/2, c`: it
+    /// lies between the least and the greatest of them, and its slope lies between twice their differences.
     pub fn bounds(&self) -> (f64, f64) {
         let rows = self.heights.len() / self.columns;
         let (mut rise, mut slope) = (0.0_f64, [0.0_f64; 2]);
@@ -42,7 +42,7 @@ impl Patches {
             for x in (0..self.columns - 2).step_by(2) {
                 let ordinates = |a: f64, b: f64, c: f64| [a, 2.0 * b - 0.5 * (a + c), c];
                 let along_x: [[f64; 3]; 3] = std::array::from_fn(|k| ordinates(h(x, z + k), h(x + 1, z + k), h(x + 2, z + k)));
-                // net[i][k]: Bézier ordinates along z of the columns of those along x.
+                // net[i][k]: Bézier ordinates along z, of the columns of ordinates along x.
                 let net: [[f64; 3]; 3] = std::array::from_fn(|i| ordinates(along_x[0][i], along_x[1][i], along_x[2][i]));
                 for i in 0..3 {
                     for k in 0..3 {
@@ -61,7 +61,7 @@ impl Patches {
         (rise, (x * x + z * z).sqrt())
     }
 
-    /// The patch's nine heights, gathered, and where in the patch the points are, from 0 to 2 along each side.
+    /// The nine heights of each point's patch, gathered, and the position of the points in their patches, in 0..2 along each side.
     #[inline(always)]
     fn gather<L: Lanes>(&self, x: L, z: L) -> ([[L; 3]; 3], L, L) {
         let u = ((x - self.origin[0]) * self.inverse_size[0]).clamp(0.0, self.counts[0]);

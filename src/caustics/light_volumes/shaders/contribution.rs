@@ -1,4 +1,4 @@
-//! What a beam adds to the targets.
+//! The contribution of a beam to the targets.
 
 use crate::light_volumes::Gather;
 use nephroid_math::lanes::Lanes;
@@ -17,7 +17,7 @@ pub struct BeamContribution<L> {
 }
 
 impl<L: Lanes> BeamContribution<L> {
-    /// Writes the pixel's sums to the targets; zeros where there is no receiver.
+    /// Writes the contribution to the targets; zeros where there is no receiver.
     #[inline(always)]
     pub fn write(self, paper: bool, gather: Gather, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let zero = self.ray.x.like(0.0);
@@ -26,7 +26,8 @@ impl<L: Lanes> BeamContribution<L> {
         let visible = if beams.sigma_t.w > 0.0 { input.texel_here(bindings.texture(9), 0) } else { zero.like(1.0) };
         let visible = L::select(exists, visible, zero);
         let intensity = self.intensity * visible;
-        // Towards the light: in paper radiometry a unit vector, in physical radiometry per unit of height, because the section is level [decision E1].
+        // Direction towards the light: a unit vector in paper radiometry, per unit of height in physical radiometry, because the section is level
+        // [decision E1].
         let unit = -self.ray.normalize();
         let to_light = if paper { unit } else { -self.ray };
         let cos = Lanes::max(input.texel3_here(bindings.texture(8)).dot(to_light), zero);

@@ -1,4 +1,4 @@
-// What a beam adds to the targets: the twin of `BeamContribution`.
+// Contribution of a beam to the targets: the twin of `BeamContribution`.
 
 override paper: bool = false;
 // 0 intensities, 1 vectors, 2 irradiances.

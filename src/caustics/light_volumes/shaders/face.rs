@@ -1,4 +1,4 @@
-//! Light computed at the faces of beams, and interpolated on them [BO §3.2].
+//! Light computed at the vertices of a beam's faces and interpolated over the faces [BO §3.2].
 
 use crate::beams::Beam;
 use crate::beams::geometry::double_area;
@@ -15,7 +15,7 @@ use super::contribution::BeamContribution;
 use super::lit::lit;
 use super::section::section_vertex;
 
-/// Computes intensity and ray at each vertex of the beam's faces.
+/// Computes intensity and ray at each vertex of a beam's faces.
 pub struct VertexAtFace;
 
 impl VertexShader for VertexAtFace {
@@ -41,11 +41,11 @@ impl VertexShader for VertexAtFace {
     }
 }
 
-/// Adds what is interpolated on the face.
+/// Adds the interpolated light of the face to the targets.
 pub struct FragmentAtFace {
-    /// Whether radiometry is that of the paper.
+    /// Whether the paper's radiometry is used.
     pub paper: bool,
-    /// What is summed.
+    /// The quantity that is summed.
     pub gather: Gather,
 }
 

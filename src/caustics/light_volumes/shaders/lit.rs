@@ -29,11 +29,11 @@ pub fn lit(bindings: &Bindings<'_>) -> [f32; 3] {
 
 /// Area of a beam's cross-section as the stencil counts it.
 ///
-/// T is the triangle between the rays. Between two planes, a wall is drawn as two triangles in place of the ruled surface between its rays. The
-/// diagonal of the wall meets the section at a point P beside an edge of T; δ is the triangle of that edge and P. If P lies outside of T, δ is
-/// added to the area; otherwise δ is removed. A removed δ that reaches beyond T is counted there, because the stencil then differs from its
-/// reference, too: `|T| + |δ| − 2 |T ∩ δ|`. Overlaps between two δ are ignored; therefore the area is at least that of the signed sum, and at least
-/// half of T. Light is spread over the area that is drawn, so the number of planes hardly changes the result.
+/// T is the triangle between the rays. Between two planes, a wall is drawn as two triangles instead of the ruled surface between its rays. The
+/// diagonal of the wall meets the section at a point P beside an edge of T; δ is the triangle of that edge and P. If P lies outside of T, δ is added
+/// to the area; otherwise δ is removed. A removed δ that reaches beyond T is counted there, too, because the stencil then differs from its reference:
+/// `|T| + |δ| − 2 |T ∩ δ|`. Overlaps between two δ are ignored, so the area is at least that of the signed sum, and at least half of T. Light is
+/// spread over the area that is drawn, so the result depends very little on the number of planes.
 #[inline(always)]
 pub fn drawn_area<L: Lanes>(beams: &BeamsUniform, beam: &Beam, y: L, corners: &[V2<L>; 3], double_area: L) -> L {
     let [level, step, slabs, _] = beams.planes.to_array();
@@ -46,7 +46,7 @@ pub fn drawn_area<L: Lanes>(beams: &BeamsUniform, beam: &Beam, y: L, corners: &[
     let (mut area, mut balance) = (whole, whole);
     for i in 0..3 {
         let j = (i + 1) % 3;
-        // The diagonal runs from the top of the vertex that comes first to the bottom of the other.
+        // The diagonal starts at the top of the vertex that comes first and ends at the bottom of the other.
         let (from, to) = if beam.g[i].w > 0.0 { (i, j) } else { (j, i) };
         let high = L::select(first, y.like(beam.g[from].y), Lanes::min(top, y.like(beam.g[from].y)));
         let low = Lanes::min(bottom, y.like(beam.g[to].y));

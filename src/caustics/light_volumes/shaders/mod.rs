@@ -1,15 +1,15 @@
-//! The programs: beams swept through the slicing planes, counted in the stencil, then drawn with the light they carry [BO §3.2].
+//! The programs of the beams: swept through the slicing planes, counted in the stencil, then drawn with their light [BO §3.2].
 //!
-//! A vertex shader makes the vertices of every beam from one array of dummy vertices; the beam is in a uniform. The draw that counts and the draw
-//! that adds light run the same program, so their vertices have the same bits on any driver; the first masks its colours.
+//! A vertex shader makes the vertices of every beam from one array of dummy vertices; the beam is a uniform. The draw that counts and the draw that
+//! adds light run the same program, so their vertices have the same bits on any driver. The draw that counts masks all colours.
 //!
 //! | File, with its twin in WGSL | What |
 //! |---|---|
 //! | `section` | vertices of a beam's sections on the slicing planes |
-//! | `lit` | light at the generator, and the area that it is spread over |
+//! | `lit` | light at the generator, and the area that the light is spread over |
 //! | `face`, `receiver` | light computed at the faces of a beam, or at the height of the receiver |
-//! | `contribution` | what a beam adds to the targets |
-//! | `relight` | sums of intensities or vectors to irradiance |
+//! | `contribution` | contribution of a beam to the targets |
+//! | `relight` | conversion of summed intensities or vectors to irradiance |
 
 mod contribution;
 mod face;
@@ -39,17 +39,17 @@ use relight::Relight;
 
 pub use relight::to_light;
 
-/// What all beams of a light share.
+/// Uniforms that all beams of a light share.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct BeamsUniform {
     /// Extinction coefficient, 1/m; 0 in paper radiometry. w is 1 if objects under water cast shadows.
     pub sigma_t: Vec4,
-    /// Mean level of the water, m; distance between planes, m; number of slabs; 1 if vertices are looked up in the shadow map.
+    /// x: mean level of the water, m. y: distance between planes, m. z: number of slabs. w: 1 if vertices are looked up in the shadow map.
     pub planes: Vec4,
 }
 
-/// A beam in the buffer of dynamic uniforms, whose offsets are multiples of 256 bytes.
+/// A beam's uniforms. The offsets of dynamic uniforms are multiples of 256 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct BeamSlot {
@@ -59,18 +59,18 @@ pub struct BeamSlot {
 }
 
 impl BeamSlot {
-    /// A beam in its slot.
+    /// The slot of a beam.
     #[must_use]
     pub fn new(beam: Beam) -> Self {
         Self { beam, padding: [Vec4::ZERO; 9] }
     }
 }
 
-/// The light of a `relight` pass.
+/// Uniforms of a `relight` pass.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RelightUniform {
-    /// Direction towards the light under still water: a unit vector (paper), or per unit of height (physical). w is 1 if vectors are summed, 0 if
+    /// Direction towards the light under still water: a unit vector (paper), or per unit of height (physical). w: 1 if vectors are summed, 0 if
     /// intensities are.
     pub to_light: Vec4,
 }
@@ -99,9 +99,9 @@ pub const RELIGHT_BINDINGS: [BindingKind; 6] = [
     BindingKind::Texture,
 ];
 
-/// The program that counts and draws beams.
+/// The program that counts beams and draws their light.
 ///
-/// Targets: irradiance, or the sum of intensities, or that of vectors by red, green and blue light (three targets); then the sum of irradiance
+/// Targets: irradiance; or the sum of intensities; or the sums of vectors for red, green and blue light (three targets). Then the sum of irradiance
 /// times direction, and the number of beams.
 #[must_use]
 pub fn beam_program(radiometry: Radiometry, gather: Gather, energy: EnergyAt) -> Arc<Program> {
@@ -146,7 +146,7 @@ pub fn beam_program(radiometry: Radiometry, gather: Gather, energy: EnergyAt) ->
     })
 }
 
-/// The program that turns sums of intensities or vectors into irradiance.
+/// The program that converts summed intensities or vectors to irradiance.
 #[must_use]
 pub fn relight_program() -> Arc<Program> {
     Arc::new(Program {

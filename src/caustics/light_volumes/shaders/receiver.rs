@@ -15,7 +15,7 @@ use super::contribution::BeamContribution;
 use super::lit::{drawn_area, lit};
 use super::section::section_vertex;
 
-/// Passes on how much light reaches each vertex of the generator.
+/// Passes on the share of light that reaches each vertex of the generator.
 pub struct VertexAtReceiver;
 
 impl VertexShader for VertexAtReceiver {
@@ -31,9 +31,9 @@ impl VertexShader for VertexAtReceiver {
 
 /// Computes the light in the section at the receiver's height.
 pub struct FragmentAtReceiver {
-    /// Whether radiometry is that of the paper.
+    /// Whether the paper's radiometry is used.
     pub paper: bool,
-    /// What is summed.
+    /// The quantity that is summed.
     pub gather: Gather,
 }
 
@@ -48,7 +48,7 @@ impl FragmentShader for FragmentAtReceiver {
         let corners = beam.section(p.y);
         let double_area = double_area(&corners);
         let area = drawn_area(beams, beam, p.y, &corners, double_area);
-        // Barycentric weights, clamped: the stencil decides what is inside, and walls cut into triangles depart a little from the section.
+        // Barycentric weights, clamped: the stencil decides which pixels are inside, and walls cut into triangles deviate slightly from the section.
         let at = v2(p.x, p.z);
         let inverse = zero.like(1.0) / double_area;
         let mut weights = [zero; 3];

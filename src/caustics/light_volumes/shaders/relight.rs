@@ -1,4 +1,4 @@
-//! Sums of intensities or vectors to irradiance.
+//! Conversion of summed intensities or vectors to irradiance.
 
 use glam::Vec3;
 

@@ -1,4 +1,4 @@
-// Sums of intensities or vectors to irradiance: the twin of `Relight`.
+// Conversion of summed intensities or vectors to irradiance: the twin of `Relight`.
 
 struct RelightUniform {
     to_light: vec4<f32>,

@@ -15,15 +15,15 @@ use super::super::slices::SliceVertex;
 pub struct SectionVertex<L> {
     /// World space, m.
     pub position: V3<L>,
-    /// Its number in the section, 0 to 2.
+    /// Number of the vertex in the section, 0 to 2.
     pub number: L,
-    /// Ray per metre of depth: x, length, z; and the share of transmittance.
+    /// Ray per metre of depth: x, length, z; w is the vertex's transmittance over the mean.
     pub ray: [L; 4],
-    /// Depth of the plane below the surface there, m; 0 on the surface.
+    /// Depth of the plane below the surface at the vertex, m; 0 on the surface.
     pub depth: L,
 }
 
-/// Section vertices of the lanes' dummy vertices: on the ray of their vertex, at their plane, but never above the surface.
+/// Section vertices for the dummy vertices in the lanes: on the ray of the vertex, at the height of the plane, but never above the surface.
 #[inline(always)]
 pub fn section_vertex<L: Lanes>(bindings: &Bindings<'_>, input: &VertexInput<'_, L>) -> SectionVertex<L> {
     let slices: &[SliceVertex] = bindings.storage(3);

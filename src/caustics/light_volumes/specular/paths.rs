@@ -11,60 +11,60 @@ use nephroid_math::vector::{V3, v3};
 use nephroid_scene::geom::Mesh;
 use nephroid_scene::{Light, Material};
 
-/// Most events on a path.
+/// Most events (reflections and refractions) on a path.
 const MOST_EVENTS: u32 = 12;
 
-/// Light below this share of the arriving light is not followed.
+/// Light with less than this share of the arriving light is not followed.
 const LEAST_SHARE: f32 = 1.0e-3;
 
-/// How far a ray starts from the surface that it leaves, as a share of the size of all surfaces.
+/// Offset of a ray's start from the surface, as a share of the size of all surfaces.
 const STEP_OFF: f32 = 1.0e-5;
 
-/// Least slope of a beam, as a cosine: a nearly horizontal ray would reach the floor a thousand depths away.
+/// Least downward component of a beam's direction: a nearly horizontal ray would reach the floor a thousand depths away.
 const LEAST_FALL: f32 = 1.0e-3;
 
 /// Light that has left mirrors and glass for good.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Path {
-    /// Hash of the events and pieces of surface on the path.
+    /// Hash of the path's events and of the pieces of surface at which they happen.
     pub hash: u64,
-    /// Share of the arriving light that it carries, linear RGB.
+    /// Share of the arriving light that the path carries, linear RGB.
     pub share: Vec3,
-    /// Place of the last event, m.
+    /// Position of the last event, m.
     pub position: Vec3,
     /// Unit direction of travel.
     pub direction: Vec3,
 }
 
 impl Path {
-    /// Whether level planes can slice it.
+    /// Whether the light travels downwards, so that level planes can slice its beam.
     pub fn goes_down(&self) -> bool {
         self.direction.y < -LEAST_FALL
     }
 }
 
-/// All surfaces of a scene, and a tree over their triangles.
+/// All surfaces of a scene, with a tree over their triangles.
 pub struct Surfaces {
     meshes: Vec<(Mesh, Material)>,
-    /// Per mesh and vertex, the smooth piece of surface that it belongs to.
+    /// By mesh and vertex, the smooth piece of surface that the vertex belongs to.
     pieces: Vec<Vec<u32>>,
-    /// Mesh and triangle by number in the tree.
+    /// Mesh and triangle, by number in the tree.
     triangles: Vec<(u32, u32)>,
     tree: Bvh2,
     step_off: f32,
 }
 
-/// Where a ray meets a surface.
+/// Intersection of a ray with a surface.
 struct Meeting {
     position: Vec3,
     mesh: u32,
     piece: u32,
-    /// Interpolated normal; this and the next point out of the mesh.
+    /// Interpolated normal. Both normals point out of the mesh.
     normal: Vec3,
     face: Vec3,
 }
 
-/// Light that is being followed.
+/// The state of light on its path.
 #[derive(Clone, Copy)]
 struct State {
     hash: u64,
@@ -72,12 +72,12 @@ struct State {
     position: Vec3,
     direction: Vec3,
     events: u32,
-    /// The mesh of glass that it is inside of.
+    /// The mesh of glass that the light is inside of, if any.
     inside: Option<u32>,
 }
 
 impl Surfaces {
-    /// From world-space meshes.
+    /// Surfaces from meshes in world space.
     pub fn new(meshes: Vec<(Mesh, Material)>) -> Self {
         let of_mesh = |(number, (mesh, _)): (usize, &(Mesh, Material))| (0..mesh.triangle_count() as u32).map(move |t| (number as u32, t));
         let triangles: Vec<(u32, u32)> = meshes.iter().enumerate().flat_map(of_mesh).collect();
@@ -97,10 +97,10 @@ impl Surfaces {
         Self { meshes, pieces, triangles, tree, step_off }
     }
 
-    /// Whether a light arrives at a point of a mirror or of glass, and the paths that it takes from there.
+    /// Whether a light reaches a point of a mirror or of glass, and the paths that it takes from there.
     pub fn paths(&self, object: u32, position: Vec3, normal: Vec3, light: &Light, direction: Vec3) -> (bool, Vec<Path>) {
         let Material::Mirror { .. } = self.meshes[object as usize].1 else {
-            // Light that arrives from inside of the glass has met another generator first.
+            // Light that arrives from the inside of glass has met another generator first.
             if direction.dot(normal) >= 0.0 {
                 return (false, Vec::new());
             }
@@ -115,11 +115,11 @@ impl Surfaces {
             Light::Directional { .. } => f32::INFINITY,
             Light::Point { position: at, .. } | Light::Spot { position: at, .. } => at.distance(position),
         };
-        // Off the surface and towards the light: the ground that an object stands on is no obstacle.
+        // The start is moved off the surface and towards the light, so that the ground below an object does not block the light.
         let start = position + (facing - direction) * self.step_off;
         let lit = self.nearest(start, -direction, distance).is_none();
         let start = State { hash: 1, share: Vec3::ONE, position, direction, events: 0, inside: None };
-        // All three vertices of a generator lie on the same piece, so piece 0 stands for it.
+        // All three vertices of a generator's triangle lie on the same piece, so piece 0 stands for it.
         let meeting = Meeting { position, mesh: object, piece: 0, normal, face: normal };
         let mut found = Vec::new();
         let mut left: Vec<State> = Vec::new();
@@ -138,7 +138,7 @@ impl Surfaces {
         (lit, found)
     }
 
-    /// Follows light through an event at a mirror or at glass; light with too many events is dropped.
+    /// Follows light through an event at a mirror or at glass. Light with too many events is dropped.
     fn event(&self, mut state: State, at: &Meeting, left: &mut Vec<State>) {
         if state.events >= MOST_EVENTS {
             return;
@@ -156,7 +156,7 @@ impl Surfaces {
         let incoming = to_v3(state.direction);
         let follow = |event: u64, share: Vec3, direction: V3<f32>, through: bool, inside: Option<u32>| {
             let direction = Vec3::new(direction.x, direction.y, direction.z);
-            // Light that an interpolated normal sends to the wrong side is dropped.
+            // Light that the interpolated normal sends to the wrong side of the face is dropped.
             let goes_through = direction.dot(face) < 0.0;
             let position = at.position + face * if through { -self.step_off } else { self.step_off };
             let key = (u64::from(at.mesh) << 32 | u64::from(at.piece)) << 3 | event;
@@ -183,7 +183,7 @@ impl Surfaces {
         }
     }
 
-    /// The first surface along a ray, up to `limit` metres.
+    /// The first intersection along a ray, up to `limit` metres; `None` if there is none.
     fn nearest(&self, origin: Vec3, direction: Vec3, limit: f32) -> Option<Meeting> {
         let number = |place: usize| self.triangles[self.tree.primitive_indices[place] as usize];
         let meet = |place: usize| {
@@ -214,10 +214,10 @@ impl Surfaces {
     }
 }
 
-/// Distance along a ray to a triangle, and barycentric weights there; `None` if the ray misses.
+/// Distance along a ray to a triangle, and barycentric weights of the intersection; `None` if the ray misses.
 ///
-/// Vertices are taken relative to the ray's start, and both triangles at an edge compute the same number for it, with opposite signs: however
-/// numbers are rounded, no ray passes between two triangles that share an edge or a vertex.
+/// Vertices are taken relative to the ray's start, and both triangles at an edge compute the same number for it, with opposite signs. Whatever the
+/// rounding, no ray passes between two triangles that share an edge or a vertex.
 fn meet(origin: Vec3, direction: Vec3, corners: [Vec3; 3]) -> Option<(f32, [f32; 3])> {
     let [a, b, c] = corners.map(|corner| corner - origin);
     let edges = [direction.dot(b.cross(c)), direction.dot(c.cross(a)), direction.dot(a.cross(b))];
@@ -239,8 +239,8 @@ fn corners(mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
     [0, 1, 2].map(|corner| mesh.positions[mesh.indices[3 * triangle as usize + corner] as usize])
 }
 
-/// Per vertex, the piece of surface that it belongs to. Triangles that share a vertex are of one piece; shapes have separate vertices on both
-/// sides of a sharp edge.
+/// By vertex, the smooth piece of surface that it belongs to. Triangles that share a vertex belong to one piece; shapes have separate vertices on
+/// both sides of a sharp edge.
 fn pieces(mesh: &Mesh) -> Vec<u32> {
     fn root(parents: &mut [u32], mut v: u32) -> u32 {
         while parents[v as usize] != v {
@@ -253,7 +253,7 @@ fn pieces(mesh: &Mesh) -> Vec<u32> {
     for t in mesh.triangles() {
         for (a, b) in [(t[0], t[1]), (t[1], t[2])] {
             let (a, b) = (root(&mut parents, a), root(&mut parents, b));
-            // The lower number becomes the root, so that a piece has the number of its first vertex.
+            // The lower number becomes the root, so a piece has the number of its first vertex.
             parents[a.max(b) as usize] = a.min(b);
         }
     }

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-/// Planes that [`Filtered`] holds per row: what the horizontal filters leave for the vertical ones.
+/// Number of planes per row in [`Filtered`]: the output of the horizontal filters, which the vertical filters read.
 const PLANES: usize = 7;
-/// Pixels filtered at a time: accumulators that fit the registers.
+/// Pixels filtered at a time: this many accumulators fit the registers.
 const BLOCK: usize = 16;
 
 /// One-dimensional weights, each of odd length, for one resolution.
@@ -16,10 +16,11 @@ pub(super) struct Filters {
 }
 
 impl Filters {
-    /// Filters for a display of so many pixels per degree of visual angle.
+    /// Filters for a display with this many pixels per degree of visual angle.
     ///
-    /// Contrast sensitivity in space is `a·√(π/b)·exp(−π²·d²/b)` with `d` in degrees [AN20 §4.1], cut off at three standard deviations of the
-    /// widest one. Where two Gaussians are added, each gets the root of its factor in either direction, so that their product is right.
+    /// Contrast sensitivity in space is `a·√(π/b)·exp(−π²·d²/b)` with `d` in degrees [AN20 §4.1], cut off at three standard deviations of the widest
+    /// Gaussian. Where two Gaussians are added, each direction gets the square root of the factor, so that the product of both directions has the
+    /// factor.
     pub(super) fn new(pixels_per_degree: f32) -> Self {
         use std::f32::consts::PI;
         let pi2 = PI * PI;
@@ -89,14 +90,14 @@ fn balanced(weights: &[f32]) -> Vec<f32> {
     weights.iter().map(|&weight| weight / if weight > 0.0 { positive } else { negative }).collect()
 }
 
-/// What the filters make of one pixel.
+/// Results of all filters at one pixel.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Seen {
     /// Filtered colour, YCxCz.
     pub opponent: [f32; 3],
     /// Magnitude of the gradient of lightness, in `0..=1`.
     pub edge: f32,
-    /// Magnitude of its second derivatives.
+    /// Magnitude of the second derivatives of lightness.
     pub point: f32,
 }
 
@@ -105,7 +106,7 @@ pub(super) struct Filtered<'a> {
     filters: &'a Filters,
     width: usize,
     height: usize,
-    /// Per row one plane each of: Y, Cx, the two parts of Cz; lightness smoothed, derived once, derived twice.
+    /// Planes of each row: Y, Cx, the two parts of Cz; lightness smoothed, its first derivative, its second derivative.
     rows: Vec<f32>,
 }
 
@@ -145,7 +146,7 @@ impl<'a> Filtered<'a> {
         };
         let [g, d, dd] = &self.filters.feature;
         let spatial = self.filters.spatial.iter().enumerate().map(|(plane, weights)| (plane, weights, self.filters.spatial_radius()));
-        // Derived along x and smoothed along y, then the other way round.
+        // The derivative along x, smoothed along y; then the other way round.
         let feature = [(5, g), (6, g), (4, d), (4, dd)].map(|(plane, weights)| (plane, weights, self.filters.feature_radius()));
         for ((plane, weights, radius), out) in spatial.chain(feature).zip(scratch.planes.chunks_exact_mut(width)) {
             filter_row(weights, from(plane, radius), out);
@@ -163,13 +164,13 @@ impl<'a> Filtered<'a> {
     }
 }
 
-/// Room for one row of [`Filtered::row`].
+/// Scratch buffers for one row of [`Filtered::row`].
 pub(super) struct Scratch {
     planes: Vec<f32>,
 }
 
 impl Scratch {
-    /// Room for rows of `width` pixels.
+    /// Scratch buffers for rows of `width` pixels.
     pub(super) fn new(width: usize) -> Self {
         Self { planes: vec![0.0; 8 * width] }
     }

@@ -5,16 +5,16 @@ use std::ops::RangeInclusive;
 use super::ldr::{Flip, checked_filters, map};
 use crate::metrics::pair::{MetricError, Pair};
 
-/// Coefficients of the tone mapper, a fit of the ACES curve by K. Narkowicz with its exposure of 0.6 taken out: `(a·c² + b·c)/(d·c² + e·c + f)`.
+/// Coefficients of the tone mapper: a fit of the ACES curve by K. Narkowicz with its exposure of 0.6 removed, `(a·c² + b·c)/(d·c² + e·c + f)`.
 const ACES: [f32; 5] = [0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14];
-/// Display value that the darkest and the brightest exposure put the largest and the median luminance at (AN21).
+/// Display value of the largest luminance at the darkest exposure, and of the median luminance at the brightest (AN21).
 const BRIGHT: f32 = 0.85;
 /// Exposures whose power of two is a normal number.
 const STOPS: RangeInclusive<f32> = -126.0..=126.0;
-/// Most exposures taken: a range of as many stops has no meaning.
+/// Largest number of exposures: more stops have no meaning.
 const MAX_EXPOSURES: u32 = 1000;
 
-/// Exposures over which [`flip_hdr`] looks, evenly spaced in stops (factors of two).
+/// The exposures of [`flip_hdr`], evenly spaced in stops (factors of two).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposures {
     /// First exposure, in stops, −126 to 126.
@@ -26,14 +26,14 @@ pub struct Exposures {
 }
 
 impl Exposures {
-    /// The authors' choice for a reference (AN21): from the exposure that shows its largest luminance at 0.85 to the one that shows its
-    /// median there.
+    /// The authors' exposures for a reference (AN21): from the one that shows the largest luminance at 0.85 to the one that shows the median
+    /// luminance at 0.85.
     ///
-    /// Only pixels that count are looked at. There is about one exposure per stop, and at least two. The median of an even number of pixels is
-    /// the upper one.
+    /// Only pixels that count are used. There is about one exposure per stop, and at least two. The median of an even number of pixels is the upper
+    /// one.
     ///
     /// # Errors
-    /// If the median is not above 0, as where more than half of a picture is black: mask that half, or state the exposures.
+    /// If the median is not above 0, for example because more than half of the picture is black. Mask the black part, or state the exposures.
     pub fn of(pair: &Pair) -> Result<Self, MetricError> {
         let luminance = |rgb: [f32; 3]| 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
         let mut luminances: Vec<f32> = pair.pixels().map(|(reference, _)| luminance(reference)).collect();
@@ -92,7 +92,7 @@ pub fn flip_hdr(pair: &Pair, pixels_per_degree: f32, exposures: &Exposures) -> R
     Flip::new(pair, largest)
 }
 
-/// The tone mapper, clamped to `0..=1`. Infinity, which overflow by an exposure may give, is white.
+/// The tone mapper, clamped to `0..=1`. Infinity, which an exposure may cause by overflow, becomes white.
 fn tone_mapped(value: f32) -> f32 {
     let [a, b, d, e, f] = ACES;
     let square = value * value;
@@ -102,7 +102,7 @@ fn tone_mapped(value: f32) -> f32 {
     ((square * a + value * b) / (square * d + value * e + f)).clamp(0.0, 1.0)
 }
 
-/// The value that the tone mapper, unclamped, shows as [`BRIGHT`]: the positive root of `(a − t·d)·c² + (b − t·e)·c − t·f = 0`.
+/// The input that the unclamped tone mapper maps to [`BRIGHT`]: the positive root of `(a − t·d)·c² + (b − t·e)·c − t·f = 0`.
 fn bright_input() -> f32 {
     let [a, b, d, e, f] = ACES;
     let (a, b, c) = (a - BRIGHT * d, b - BRIGHT * e, -BRIGHT * f);

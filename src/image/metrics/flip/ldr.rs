@@ -1,4 +1,4 @@
-//! FLIP of pictures in `0..=1`, and the parts it shares with that of high dynamic range.
+//! FLIP of pictures in `0..=1`, and the parts that FLIP of high dynamic range shares with it.
 
 use rayon::prelude::*;
 
@@ -10,9 +10,9 @@ use crate::metrics::quantile::quantile;
 
 /// Exponent of colour differences [AN20 §4.1].
 const COLOR_EXPONENT: f32 = 0.7;
-/// Share of the largest colour difference that is mapped to [`REMAPPED`] of the range [AN20 §4.1].
+/// Share of the largest colour difference that is mapped to [`REMAPPED`] [AN20 §4.1].
 const KNEE: f32 = 0.4;
-/// Where that share is mapped to.
+/// Value that [`KNEE`] is mapped to.
 const REMAPPED: f32 = 0.95;
 
 /// Pixels per degree of visual angle, seen from 0.7 m, of a screen 0.7 m and 3840 pixels wide: the authors' default, about 67.02.
@@ -31,12 +31,12 @@ pub fn pixels_per_degree(distance_m: f32, screen_width_px: f32, screen_width_m: 
 pub struct Flip {
     /// Mean over the pixels that count, in `0..=1`: the number to report.
     pub mean: f64,
-    /// Difference per pixel in `0..=1`, 0 for none; 0 where a pixel does not count.
+    /// Difference per pixel in `0..=1`; 0 for equal pixels and for pixels that do not count.
     pub map: Image<f32>,
 }
 
 impl Flip {
-    /// The mean over the pixels that count, from a map of the pair's size.
+    /// From the differences of all pixels of the pair.
     pub(super) fn new(pair: &Pair, mut map: Vec<f32>) -> Result<Self, MetricError> {
         let mut sum = 0.0;
         for (index, value) in map.iter_mut().enumerate() {
@@ -52,7 +52,7 @@ impl Flip {
         Ok(Self { mean: sum / pair.count() as f64, map })
     }
 
-    /// The difference that the share `q` (in `0..=1`) of the pixels that count stays below; `None` if `q` is out of range.
+    /// The difference below which the share `q` (in `0..=1`) of the pixels that count lies; `None` if `q` is out of range.
     #[must_use]
     pub fn quantile(&self, pair: &Pair, q: f64) -> Option<f64> {
         let mut values: Vec<f64> = pair.indices().map(|index| f64::from(self.map.pixels()[index])).collect();
@@ -60,13 +60,13 @@ impl Flip {
     }
 }
 
-/// FLIP of two pictures whose linear RGB lies in `0..=1` and is displayed as it is; what is outside is clamped.
+/// FLIP of two pictures whose linear RGB lies in `0..=1` and is displayed unchanged; values outside are clamped.
 ///
-/// `pixels_per_degree` tells how large the pixels appear, such as [`DEFAULT_PIXELS_PER_DEGREE`]; a filter has about `0.27·pixels_per_degree`
-/// columns and rows, and the pictures are continued at their borders by the values there. Where a mask is given, both pictures are black outside
-/// of it: that is no difference, but the border of the mask is an edge in both. The same pair gives the same map on any number of threads.
+/// `pixels_per_degree` tells how large the pixels appear, such as [`DEFAULT_PIXELS_PER_DEGREE`]. A filter has about `0.27·pixels_per_degree` columns
+/// and rows; beyond their borders the pictures are continued by the values at the border. With a mask, both pictures are black outside of it: this is
+/// no difference, but the border of the mask is an edge in both. The same pair gives the same map on any number of threads.
 ///
-/// Memory: some 60 bytes per pixel. Swapping the two pictures changes nothing.
+/// Memory: about 60 bytes per pixel. The result is symmetric in the two pictures.
 ///
 /// # Errors
 /// If `pixels_per_degree` is not in `1..=10000`.
@@ -76,7 +76,7 @@ pub fn flip_ldr(pair: &Pair, pixels_per_degree: f32) -> Result<Flip, MetricError
     Flip::new(pair, map(pair, &filters, display))
 }
 
-/// Filters for a resolution, if it makes sense.
+/// Filters for a resolution that is in range.
 pub(super) fn checked_filters(pixels_per_degree: f32) -> Result<Filters, MetricError> {
     if !(1.0..=10_000.0).contains(&pixels_per_degree) {
         let allowed = "it must be in 1..=10000";
@@ -107,7 +107,7 @@ pub(super) fn map(pair: &Pair, filters: &Filters, display: impl Fn([f32; 3]) -> 
     map
 }
 
-/// The largest colour difference there is, between pure green and pure blue, before remapping [AN20 §4.1].
+/// The largest possible colour difference before remapping, that between pure green and pure blue [AN20 §4.1].
 fn largest_color_difference() -> f32 {
     libm::powf(hyab(hunt_lab_from_rgb([0.0, 1.0, 0.0]), hunt_lab_from_rgb([0.0, 0.0, 1.0])), COLOR_EXPONENT)
 }
@@ -126,7 +126,7 @@ fn feature_difference(reference: &Seen, test: &Seen) -> f32 {
     (std::f32::consts::FRAC_1_SQRT_2 * edge.max(point)).sqrt()
 }
 
-/// `ΔE = ΔE_c^(1 − ΔE_f)` (AN20): a difference of features amplifies that of colours.
+/// `ΔE = ΔE_c^(1 − ΔE_f)` (AN20): a difference in features amplifies the difference in colour.
 fn combine(color: f32, feature: f32) -> f32 {
     libm::powf(color, 1.0 - feature)
 }

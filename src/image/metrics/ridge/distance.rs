@@ -1,4 +1,4 @@
-//! How far two sets of ridge points lie apart.
+//! Distances between two sets of ridge points.
 
 use rayon::prelude::*;
 
@@ -6,9 +6,9 @@ use super::find::{RidgePoint, RidgeSettings, ridge_points};
 use crate::metrics::pair::{MetricError, Pair, Which};
 use crate::metrics::quantile::quantile;
 
-/// How far a ridge goes on from each of its points, in pixels: half the diagonal of a pixel, so that neighbours on a slanted ridge meet.
+/// Length by which a ridge extends from each of its points, in pixels: half the diagonal of a pixel, so that neighbours on a slanted ridge meet.
 const HALF_LENGTH_PX: f64 = std::f64::consts::FRAC_1_SQRT_2;
-/// How far a ridge may lie from the row of pixels that holds its point: half a pixel, and its half-length.
+/// Largest distance of a ridge from the row of pixels that holds its point: half a pixel plus the half-length.
 const REACH_PX: f64 = 0.5 + HALF_LENGTH_PX;
 
 /// Distances between the ridges of two pictures, in pixels.
@@ -16,11 +16,11 @@ const REACH_PX: f64 = 0.5 + HALF_LENGTH_PX;
 pub struct RidgeError {
     /// Mean distance from each ridge point of either picture to the nearest ridge of the other.
     pub mean_px: f64,
-    /// Distance that 95 % of these points stay below.
+    /// The 95 % quantile of these distances.
     pub p95_px: f64,
-    /// Mean over the points of the reference alone: large if the test lacks ridges.
+    /// Mean over the points of the reference alone: large if the test lacks ridges of the reference.
     pub missing_px: f64,
-    /// Mean over the points of the test alone: large if the test has ridges that it should not have.
+    /// Mean over the points of the test alone: large if the test has ridges that the reference lacks.
     pub spurious_px: f64,
     /// Number of ridge points of the reference, at least 1.
     pub reference_count: usize,
@@ -28,16 +28,16 @@ pub struct RidgeError {
     pub test_count: usize,
 }
 
-/// How far the bright ridges of the test lie from those of the reference.
+/// Distances between the bright ridges of the test and those of the reference.
 ///
-/// Ridge points are found to a fraction of a pixel as [`RidgeSettings`] says, in each picture by itself, so that a factor between the pictures
-/// changes nothing. A ridge is the union of short pieces, one through each point along its direction; the distance from a point to it is exact
-/// and unbounded. Both directions are taken: points of the test to the reference, and back. A ridge that is moved sideways by `d` has the error
-/// `d`; one that is moved lengthwise has none, and a ridge that is missing counts with the distance to the next one. Values may have any unit. A
-/// strip along the borders, of the picture and of the mask, has no ridges: four times [`RidgeSettings::sigma_px`] wide.
+/// Ridge points are found to a fraction of a pixel by [`RidgeSettings`], in each picture separately, so a constant factor between the pictures
+/// changes nothing. A ridge is the union of short segments, one through each point along the ridge's direction; the distance from a point to a ridge
+/// is exact and unbounded. Both directions are measured: from points of the test to the reference, and back. A ridge that is moved sideways by `d`
+/// has the error `d`, one that is moved lengthwise has none, and a missing ridge counts with the distance to the nearest other one. Values may have
+/// any unit. A strip of four times [`RidgeSettings::sigma_px`] along the borders of the picture and of the mask has no ridges.
 ///
 /// # Errors
-/// If a setting is out of range, or a picture shows no ridge.
+/// If a setting is out of range, or a picture has no ridge.
 pub fn ridge_error(pair: &Pair, settings: &RidgeSettings) -> Result<RidgeError, MetricError> {
     settings.check()?;
     let points = |which| match ridge_points(pair, which, settings) {
@@ -63,7 +63,7 @@ fn mean(values: &[f64]) -> f64 {
 /// Ridge points by the row of pixels that holds them, for nearest-neighbour queries.
 struct Ridges<'a> {
     points: &'a [RidgePoint],
-    /// Index of the first point of each row, and the number of points at the end.
+    /// Index of the first point of each row, followed by the number of points.
     starts: Vec<usize>,
 }
 
@@ -74,12 +74,13 @@ impl<'a> Ridges<'a> {
         Self { points, starts }
     }
 
-    /// Distance from each point to the nearest ridge here.
+    /// Distance from each of `points` to the nearest ridge of this set.
     fn distances(&self, points: &[RidgePoint]) -> Vec<f64> {
         points.par_iter().map(|point| self.distance(point.position)).collect()
     }
 
-    /// Rows are searched from the nearest outwards, and each from the nearest column outwards, until none can be nearer than what was found.
+    /// Distance from a point to the nearest ridge. Rows are searched from the nearest outwards, and each row from the nearest column outwards, until
+    /// no ridge can be nearer than the nearest found.
     fn distance(&self, from: [f64; 2]) -> f64 {
         let row_count = self.starts.len() - 1;
         let middle = (from[1] + 0.5).floor().clamp(0.0, (row_count - 1) as f64) as usize;
@@ -100,7 +101,7 @@ impl<'a> Ridges<'a> {
 
     fn search_row(&self, row: usize, from: [f64; 2], best: &mut f64) {
         let points = &self.points[self.starts[row]..self.starts[row + 1]];
-        // One point per pixel, and inside it: positions rise along the list.
+        // Each pixel has at most one point, inside the pixel, so x ascends along the list.
         let split = points.partition_point(|point| point.position[0] < from[0]);
         let mut visit = |point: &RidgePoint| {
             if (point.position[0] - from[0]).abs() - HALF_LENGTH_PX > *best {
@@ -114,7 +115,7 @@ impl<'a> Ridges<'a> {
     }
 }
 
-/// Distance from a point to the piece of ridge through `piece`.
+/// Distance from a point to the segment of ridge through `piece`.
 fn distance_to_piece(from: [f64; 2], piece: &RidgePoint) -> f64 {
     let [dx, dy] = [from[0] - piece.position[0], from[1] - piece.position[1]];
     let along = (dx * piece.along[0] + dy * piece.along[1]).clamp(-HALF_LENGTH_PX, HALF_LENGTH_PX);

@@ -1,19 +1,19 @@
-//! Ridges by the curvature of the smoothed luminance.
+//! Finds ridges by the curvature of the smoothed luminance.
 
 use crate::metrics::filter::{gaussian, separable, surroundings_count};
 use crate::metrics::pair::{MetricError, Pair, Which, luminance};
 use crate::metrics::quantile::quantile;
 
-/// What counts as a bright ridge.
+/// Which lines count as bright ridges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RidgeSettings {
-    /// Standard deviation of the Gaussian that smooths the luminance first, in pixels, in `0.5..=50`: about the half-width of the lines looked for.
+    /// Standard deviation of the Gaussian that smooths the luminance first, in pixels, in `0.5..=50`: about the half-width of the lines to find.
     /// Default: 1.5.
     pub sigma_px: f64,
-    /// Share of each picture's pixels, in `0..=1`, that must be darker than a ridge, after smoothing. Default: 0.8.
+    /// Share of each picture's pixels, in `0..=1`, that must be darker than a ridge after smoothing. Default: 0.8.
     pub luminance_quantile: f64,
-    /// Least contrast `−σ²·λ/L` of a ridge, at least 0: its curvature relative to its luminance. A line of half-width `w` on black has
-    /// `σ²/(σ² + w²)`, so that lines up to ten times as wide as `σ` are found; noise of one per cent per pixel stays below 0.005. Default: 0.01.
+    /// Least contrast `−σ²·λ/L` of a ridge, at least 0: its curvature relative to its luminance. A line of half-width `w` on black has the contrast
+    /// `σ²/(σ² + w²)`, so lines up to ten times as wide as `σ` are found; noise of one per cent per pixel stays below 0.005. Default: 0.01.
     pub min_contrast: f64,
 }
 
@@ -24,7 +24,7 @@ impl Default for RidgeSettings {
 }
 
 impl RidgeSettings {
-    /// Fails if a setting is out of its range.
+    /// Returns an error if a setting is out of range.
     pub(super) fn check(&self) -> Result<(), MetricError> {
         let bad = |name, value, allowed| Err(MetricError::BadParameter { name, value, allowed });
         if !(0.5..=50.0).contains(&self.sigma_px) {
@@ -43,11 +43,11 @@ impl RidgeSettings {
 /// A point on a ridge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RidgePoint {
-    /// Where it is, in pixels from the centre of the first pixel, y down.
+    /// Position in pixels from the centre of the first pixel, y down.
     pub position: [f64; 2],
     /// Unit vector along the ridge.
     pub along: [f64; 2],
-    /// Row of the pixel that holds it.
+    /// Row of the pixel that holds the point.
     pub row: u32,
 }
 
@@ -55,10 +55,10 @@ pub(super) struct RidgePoint {
 ///
 /// Where the Hessian of the smoothed luminance `L` has its largest eigenvalue in magnitude, `λ < 0`, with the unit eigenvector `n`, the Taylor
 /// series of `L` along `n` has its maximum at `t·n`, `t = −(∇L·n)/λ` [Steger, "An Unbiased Detector of Curvilinear Structures", PAMI 20(2),
-/// 1998, eq. 21]. That is one step of Newton's method, which misses the crest of a line of half-width 1.6 by up to 0.07 pixels; a step of the
-/// secant method after it, with the gradient interpolated between pixels, leaves 0.01. If the maximum is inside the pixel, it holds a ridge
-/// point there, provided it is bright and curved enough for `settings`. Pixels nearer to a border, or to a pixel that does not count, than the
-/// filter reaches, four standard deviations, have none: any guess at what is beyond would bend the ridges.
+/// 1998, eq. 21]. That is one step of Newton's method, which misses the crest of a line of half-width 1.6 by up to 0.07 pixels. A step of the secant
+/// method after it, with the gradient interpolated between pixels, reduces the error to 0.01. If the maximum is inside the pixel, the pixel has a
+/// ridge point there, provided that it is bright and curved enough for `settings`. Pixels closer to a border, or to a pixel that does not count, than
+/// the filter's radius (four standard deviations) have none: any continuation beyond would bend the ridges.
 pub(super) fn ridge_points(pair: &Pair, which: Which, settings: &RidgeSettings) -> Vec<RidgePoint> {
     let width = pair.width() as usize;
     let pixels = pair.picture(which);
@@ -111,10 +111,10 @@ fn interpolated(plane: &[f64], width: usize, index: usize, [dx, dy]: [f64; 2]) -
     (1.0 - y) * ((1.0 - x) * plane[index] + x * plane[column]) + y * ((1.0 - x) * plane[row(index)] + x * plane[row(column)])
 }
 
-/// Weights of a Gaussian and of its first two derivatives, to be correlated with: exact for parabolas.
+/// Weights of a Gaussian and of its first two derivatives, for correlation: exact for parabolas.
 ///
-/// Sampled derivatives of a Gaussian are off by a factor and a constant; these are scaled so that `Σ w = 1`, `Σ i·w′ = 1`, `Σ w″ = 0`, `Σ i²·w″
-/// = 2`.
+/// Sampled derivatives of a Gaussian are wrong by a factor and a constant. These are scaled so that `Σ w = 1`, `Σ i·w′ = 1`, `Σ w″ = 0`,
+/// `Σ i²·w″ = 2`.
 fn derivatives(sigma_px: f64, radius: usize) -> [Vec<f64>; 3] {
     let weights = gaussian(sigma_px, radius);
     let taps: Vec<f64> = (0..weights.len()).map(|tap| tap as f64 - radius as f64).collect();
@@ -129,12 +129,12 @@ fn derivatives(sigma_px: f64, radius: usize) -> [Vec<f64>; 3] {
     [weights, first, curved]
 }
 
-/// The eigenvalue of largest magnitude of a symmetric 2x2 matrix, and its unit eigenvector; for a multiple of the identity, some unit vector.
+/// The eigenvalue of largest magnitude of a symmetric 2x2 matrix, and its unit eigenvector; for a multiple of the identity, an arbitrary unit vector.
 fn sharpest(xx: f64, xy: f64, yy: f64) -> (f64, [f64; 2]) {
     let (middle, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
     let radius = (half * half + xy * xy).sqrt();
     let lambda = if middle > 0.0 { middle + radius } else { middle - radius };
-    // (A − λ)·v = 0; of the two rows, the one with the larger entries is the more exact.
+    // (A − λ)·v = 0; of the two rows, the one with the larger entries is more accurate.
     let rows = [[xy, lambda - xx], [lambda - yy, xy]];
     let [first, second] = rows.map(|[a, b]| a * a + b * b);
     let (v, length2) = if first > second { (rows[0], first) } else { (rows[1], second) };

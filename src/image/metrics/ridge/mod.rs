@@ -1,7 +1,7 @@
-//! Whether the bright lines of a caustic lie where they should.
+//! Positions of the bright lines of a caustic.
 //!
-//! [`find`] marks where a picture has ridges, to a fraction of a pixel, and [`distance`] measures how far two such sets lie apart. Both look at
-//! luminance only; neither cares how bright the ridges are, which is for the other metrics to say.
+//! [`find`] marks the ridges of a picture to a fraction of a pixel, and [`distance`] measures distances between two such sets. Both use luminance
+//! only. How bright the ridges are is left to other measures.
 
 mod distance;
 mod find;

@@ -1,4 +1,4 @@
-//! One axis: its range, its ticks, and where a value lies on it.
+//! One axis: its range, its ticks, and the position of a value.
 
 use crate::report::number::{number, power_of_ten};
 
@@ -11,12 +11,12 @@ pub enum Scale {
     Log,
 }
 
-/// A place on an axis that is marked.
+/// A tick of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tick {
     /// The value.
     pub value: f64,
-    /// What is written there, or nothing: a base and, if not empty, an exponent.
+    /// The label, if any: a base and an exponent, which may be empty.
     pub label: Option<(String, String)>,
 }
 
@@ -25,15 +25,15 @@ pub(super) struct Axis {
     scale: Scale,
     low: f64,
     high: f64,
-    /// Rising.
+    /// Ticks in ascending order.
     pub ticks: Vec<Tick>,
 }
 
-/// Up to this ratio of the ends a logarithmic axis has labels at 1, 2 and 5 of each decade; beyond, at decades alone.
+/// A logarithmic axis whose ends have at most this ratio has labels at 1, 2 and 5 of each decade; otherwise only at decades.
 const FEW_DECADES: f64 = 2000.0;
 
 impl Axis {
-    /// An axis that holds all values and a little more; `values` are fit for the scale and not empty.
+    /// An axis that contains all values with a margin. `values` must be valid for the scale and not empty.
     pub(super) fn new(scale: Scale, values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
         match scale {
@@ -42,7 +42,7 @@ impl Axis {
         }
     }
 
-    /// From one tick to another.
+    /// A range from one tick to another.
     fn linear(low: f64, high: f64) -> Self {
         let span = if high > low { high - low } else { low.abs().max(1.0) };
         let step = [1.0, 2.0, 2.5, 5.0, 10.0].map(|part| part * power_of_ten(libm::floor(libm::log10(span / 5.0)) as i32));
@@ -57,7 +57,7 @@ impl Axis {
         Self { scale: Scale::Linear, low: first * step, high: last * step, ticks }
     }
 
-    /// A twentieth more than the values on either side.
+    /// A range that exceeds the values by a twentieth at either end.
     fn log(low: f64, high: f64) -> Self {
         let pad = libm::pow(high / low, 0.05).max(1.25);
         let (low, high) = (low / pad, high * pad);
@@ -81,7 +81,7 @@ impl Axis {
         Self { scale: Scale::Log, low, high, ticks }
     }
 
-    /// Where a value lies: 0 at the low end, 1 at the high end.
+    /// Position of a value: 0 at the low end, 1 at the high end.
     pub(super) fn place(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear => (value - self.low) / (self.high - self.low),

@@ -9,7 +9,7 @@ use crate::report::ReportError;
 use crate::report::canvas::{Align, BLACK, Canvas, GREY, LIGHT, Rect, Rgb};
 use crate::report::text::Font;
 
-/// Colours of the series, told apart by people of any colour vision: M. Okabe & K. Ito, "Color Universal Design", 2008, without their yellow.
+/// Colours of the series, distinguishable with any colour vision: M. Okabe & K. Ito, "Color Universal Design", 2008, without their yellow.
 const COLORS: [Rgb; 7] = [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233], [60, 60, 60]];
 /// Distance from the border of the picture, in pixels.
 const MARGIN: u32 = 24;
@@ -23,15 +23,15 @@ const SAMPLE: u32 = 36;
 const LEAST_AREA: u32 = 100;
 const TITLE: Font = Font::bold(RasterHeight::Size20);
 const LABEL: Font = Font::regular(RasterHeight::Size16);
-/// Larger, so that exponents can be smaller.
+/// Larger than other text, so that exponents can be smaller.
 const TICKS: Font = Font::regular(RasterHeight::Size20);
 const EXPONENT: Font = Font::regular(RasterHeight::Size16);
 
 impl Plot<'_> {
-    /// Draws the plot: the bytes of an 8-bit sRGB PNG.
+    /// Draws the plot. Returns the bytes of an 8-bit sRGB PNG.
     ///
     /// # Errors
-    /// If there is no point, a point has no place on the axes, or the size is out of range or too small for title and legend.
+    /// If there is no point, a point cannot be shown on the axes, or the size is out of range or too small for title and legend.
     pub fn png(&self) -> Result<Vec<u8>, ReportError> {
         self.paint()?.png()
     }
@@ -52,7 +52,7 @@ impl Plot<'_> {
         let tick_width = y_axis.ticks.iter().map(label_width).max().unwrap_or(0);
         let left = MARGIN + LABEL.line_px() + GAP + tick_width + 2 * TICK;
         let below = MARGIN + LABEL.line_px() + GAP / 2 + TICKS.line_px() + TICK + 2;
-        // The last label of the x axis may stand out to the right by half of its width.
+        // The last label of the x axis may extend to the right by half of its width.
         let beside = MARGIN + x_axis.ticks.iter().map(label_width).max().unwrap_or(0) / 2;
         let too_small = left + beside + LEAST_AREA > self.width || top + below + LEAST_AREA > self.height;
         if too_small {
@@ -88,7 +88,7 @@ impl Plot<'_> {
             let places: Vec<(f32, f32)> = series.points.iter().map(|&point| place(point)).collect();
             let color = COLORS[index % COLORS.len()];
             let fitted: Vec<(f32, f32)> = fitted_ends(series, law.as_ref()).into_iter().map(place).collect();
-            // A fitted series is its points and the law; another one is joined.
+            // A fitted series is drawn as points and the law; other series are joined by a line.
             match fitted.is_empty() {
                 true => canvas.line(&places, 2.0, color, false),
                 false => canvas.line(&fitted, 1.5, color, true),
@@ -116,15 +116,15 @@ impl Plot<'_> {
         if self.series.iter().all(|series| series.points.is_empty()) { Err(ReportError::NoPoints) } else { Ok(()) }
     }
 
-    /// The power law of a series that asks for one and has one.
+    /// The power law of a series, if it is to be fitted and can be.
     fn law(&self, series: &Series) -> Option<PowerLaw> {
         let is_log = self.x_scale == Scale::Log && self.y_scale == Scale::Log;
         if series.is_fitted && is_log { PowerLaw::fit(series.points) } else { None }
     }
 
-    /// Legend entries from left to right, in as many rows as they need.
+    /// Legend entries from left to right, in as many rows as necessary.
     fn legend(&self, laws: &[Option<PowerLaw>]) -> Vec<Entry> {
-        // The axes start farther in than the margin, and the legend with them; this is the least that remains.
+        // The legend starts where the axes do, which is farther in than the margin; this is the least width that remains.
         let room = (self.width / 2).max(self.width.saturating_sub(2 * MARGIN + 160));
         let (mut x, mut row) = (0, 0);
         let mut entries = Vec::new();
@@ -163,19 +163,19 @@ impl Entry {
     }
 }
 
-/// The ends of the fitted line of a series; none without a law.
+/// The ends of the fitted line of a series; empty without a law.
 fn fitted_ends(series: &Series, law: Option<&PowerLaw>) -> Vec<(f64, f64)> {
     let xs = series.points.iter().map(|(x, _)| *x);
     let (low, high) = (xs.clone().fold(f64::INFINITY, f64::min), xs.fold(0.0, f64::max));
     law.map_or(Vec::new(), |law| vec![(low, law.at(low)), (high, law.at(high))])
 }
 
-/// Width of what is written at a tick, in pixels.
+/// Width of a tick's label, in pixels.
 fn label_width(tick: &Tick) -> u32 {
     tick.label.as_ref().map_or(0, |(base, exponent)| TICKS.width_px(base) + EXPONENT.width_px(exponent))
 }
 
-/// Grid, frame, ticks and their labels. A label that would touch the one before it is left out.
+/// Draws grid, frame, ticks and labels. A label that would touch the one before it is left out.
 fn paint_axes(canvas: &mut Canvas, area: Rect, x_axis: &Axis, y_axis: &Axis) {
     let column = |tick: &Tick| area.x + (x_axis.place(tick.value) * f64::from(area.width)).round() as u32;
     let row = |tick: &Tick| area.bottom() - (y_axis.place(tick.value) * f64::from(area.height)).round() as u32;
@@ -210,7 +210,7 @@ fn paint_axes(canvas: &mut Canvas, area: Rect, x_axis: &Axis, y_axis: &Axis) {
     }
 }
 
-/// What is written at a tick, with its exponent raised.
+/// Draws the label of a tick, with a raised exponent.
 fn paint_label(canvas: &mut Canvas, x: u32, y: u32, tick: &Tick) {
     if let Some((base, exponent)) = &tick.label {
         canvas.text(x, y, Align::Left, base, TICKS, BLACK);
@@ -218,7 +218,7 @@ fn paint_label(canvas: &mut Canvas, x: u32, y: u32, tick: &Tick) {
     }
 }
 
-/// A disc, square, triangle or diamond with a white rim, so that it stands out from lines.
+/// Draws a disc, square, triangle or diamond with a white rim, which separates it from lines.
 fn paint_marker(canvas: &mut Canvas, index: usize, (x, y): (f32, f32), color: Rgb) {
     for (radius, color) in [(6.5, [255; 3]), (5.0, color)] {
         let corners =

@@ -4,7 +4,7 @@ use crate::api::check::color_target::is_color_renderable;
 use crate::api::pass::Pass;
 use crate::api::state::{LoadOp, MAX_COLOR_TARGETS, TextureFormat};
 
-/// What is wrong with the attachments of a pass.
+/// Why the attachments of a pass are refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AttachmentProblem {
@@ -14,7 +14,7 @@ pub enum AttachmentProblem {
         /// The attachments seen.
         count: usize,
     },
-    /// Nothing to draw to, and not all draws stop after stream-out.
+    /// No attachment, although a draw rasterizes.
     #[error("no attachment to draw to")]
     None,
     /// Attachments of different sizes.
@@ -25,19 +25,19 @@ pub enum AttachmentProblem {
         /// Width and height of another.
         other: (u32, u32),
     },
-    /// A format that is no colour, or one that is only read, as a colour attachment.
+    /// A depth or stencil format, or a format that cannot be rendered to, as a colour attachment.
     #[error("{format:?} cannot be a colour attachment")]
     NotColor {
         /// The format seen.
         format: TextureFormat,
     },
-    /// A format without depth and stencil as the depth-stencil attachment.
+    /// A format with neither depth nor stencil as the depth-stencil attachment.
     #[error("{format:?} cannot be the depth-stencil attachment")]
     NotDepthStencil {
         /// The format seen.
         format: TextureFormat,
     },
-    /// Depth is cleared to what it cannot be.
+    /// Depth is cleared to a value outside of 0..=1.
     #[error("depth is cleared to {depth}; allowed: 0..=1")]
     ClearDepth {
         /// The depth seen.
@@ -51,13 +51,13 @@ pub(crate) fn size(pass: &Pass<'_>) -> Option<(u32, u32)> {
     color.or_else(|| pass.depth_stencil.as_ref().map(|a| a.view.size()))
 }
 
-/// What is wrong with the attachments of a pass, whose size is `first`.
+/// Why the attachments of a pass are refused, or `None`. `first` is the size that all must have.
 pub(crate) fn problem(pass: &Pass<'_>, first: Option<(u32, u32)>) -> Option<AttachmentProblem> {
     if pass.color.len() > MAX_COLOR_TARGETS {
         return Some(AttachmentProblem::Count { count: pass.color.len() });
     }
     let Some(first) = first else {
-        // Stream-out alone needs no attachment.
+        // A pass that only streams out needs no attachment.
         let discards = pass.draws.iter().all(|draw| draw.pipeline.desc.rasterizer_discard);
         return (!discards).then_some(AttachmentProblem::None);
     };

@@ -1,20 +1,20 @@
-//! Bindings: whether what is bound is what the program reads.
+//! Bindings: compares the bound resources with what the program declares.
 
 use crate::api::bindings::{Binding, BindingKind, Bindings};
 use crate::api::buffer::Buffer;
 use crate::api::check::sampler::SamplerError;
 use crate::api::state::TextureFormat;
 
-/// What offsets of uniform buffers must be multiples of, in bytes. WebGPU's `minUniformBufferOffsetAlignment` default.
+/// Alignment of offsets of uniform buffers, bytes. WebGPU's `minUniformBufferOffsetAlignment` default.
 pub const UNIFORM_OFFSET_ALIGNMENT: usize = 256;
 
 /// Most bytes of a uniform buffer that a program may read. WebGPU's `maxUniformBufferBindingSize` default.
 pub const MAX_UNIFORM_BYTES: usize = 65536;
 
-/// What the size of a storage buffer must be a multiple of, in bytes [WebGPU, `GPUBindGroupDescriptor` validation].
+/// Alignment of sizes of storage buffers, bytes [WebGPU, `GPUBindGroupDescriptor` validation].
 pub const STORAGE_SIZE_ALIGNMENT: usize = 4;
 
-/// What is wrong with what is bound.
+/// Why the bindings of a draw are refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BindingProblem {
@@ -26,7 +26,7 @@ pub enum BindingProblem {
         /// Bindings that the program reads.
         expected: usize,
     },
-    /// Something of another kind is bound.
+    /// A resource of another kind than the program declares.
     #[error("binding {binding} is {found}, the program reads {expected:?}")]
     Kind {
         /// The binding number.
@@ -36,7 +36,7 @@ pub enum BindingProblem {
         /// What the program reads.
         expected: BindingKind,
     },
-    /// A uniform buffer begins at a place that drivers do not allow.
+    /// A uniform buffer whose offset is not aligned.
     #[error("binding {binding} begins at byte {offset}, which is not a multiple of {UNIFORM_OFFSET_ALIGNMENT}")]
     UniformOffset {
         /// The binding number.
@@ -44,7 +44,7 @@ pub enum BindingProblem {
         /// The offset seen: the binding's own, or the draw's dynamic one.
         offset: usize,
     },
-    /// A buffer is too short.
+    /// A buffer with fewer bytes than the program reads.
     #[error("binding {binding} has {bytes} bytes, the program reads {expected}")]
     Size {
         /// The binding number.
@@ -54,7 +54,7 @@ pub enum BindingProblem {
         /// Bytes that the program reads.
         expected: usize,
     },
-    /// The size of a storage buffer is no multiple of four.
+    /// The size of a storage buffer is not a multiple of four.
     #[error("binding {binding} is a storage buffer of {bytes} bytes, which is not a multiple of {STORAGE_SIZE_ALIGNMENT}")]
     StorageSize {
         /// The binding number.
@@ -62,7 +62,7 @@ pub enum BindingProblem {
         /// Bytes of the buffer.
         bytes: usize,
     },
-    /// A texture whose format has nothing for shaders to read, which is the stencil alone.
+    /// A texture of a format that shaders cannot read: stencil alone.
     #[error("binding {binding} is a texture of {format:?}, which shaders cannot read")]
     TextureFormat {
         /// The binding number.
@@ -70,7 +70,7 @@ pub enum BindingProblem {
         /// The format seen.
         format: TextureFormat,
     },
-    /// The program compares with a texture that holds no depth.
+    /// The program uses a comparison sampler on a texture without depth.
     #[error("binding {binding} is a texture of {format:?}, the program reads depth")]
     NoDepth {
         /// The binding number.
@@ -88,7 +88,7 @@ pub enum BindingProblem {
     },
 }
 
-/// What is bound at a binding number.
+/// The kind of a bound resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoundKind {
     /// A uniform buffer.
@@ -119,7 +119,7 @@ impl std::fmt::Display for BoundKind {
 }
 
 impl Binding<'_> {
-    /// What kind of thing this is.
+    /// The kind of this binding.
     #[must_use]
     pub fn kind(&self) -> BoundKind {
         match self {
@@ -134,8 +134,8 @@ impl Binding<'_> {
 }
 
 impl Bindings<'_> {
-    /// What is wrong with these bindings for a program that expects `kinds`, or `None`. More bindings than the program reads are allowed, as
-    /// a bind group layout of WebGPU may have more entries than a shader uses.
+    /// Why these bindings are refused for a program that declares `kinds`, or `None`. More bindings than the program declares are allowed, as a bind
+    /// group layout of WebGPU may have more entries than a shader uses.
     #[must_use]
     pub fn mismatch(&self, kinds: &[BindingKind]) -> Option<BindingProblem> {
         if self.entries.len() < kinds.len() {
@@ -175,7 +175,7 @@ fn problem(binding: usize, kind: BindingKind, entry: &Binding<'_>, dynamic_offse
     }
 }
 
-/// A uniform buffer from the sum of two offsets on.
+/// Why a uniform buffer at the sum of two offsets is refused, or `None`.
 fn uniform(binding: usize, buffer: &Buffer, offsets: [usize; 2], expected: usize) -> Option<BindingProblem> {
     if let Some(offset) = offsets.into_iter().find(|offset| !offset.is_multiple_of(UNIFORM_OFFSET_ALIGNMENT)) {
         return Some(BindingProblem::UniformOffset { binding, offset });

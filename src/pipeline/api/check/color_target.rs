@@ -4,23 +4,23 @@ use crate::api::format::facts::{SUPPORTED_FORMATS, format_info};
 use crate::api::resolved::reads_second_source;
 use crate::api::state::{BlendFactor, BlendOperation, ColorTargetState, ColorWrites, TextureFormat};
 
-/// What is wrong with a colour target of a pipeline.
+/// Why a colour target of a pipeline is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ColorTargetProblem {
-    /// Not a supported format.
+    /// An unsupported format.
     #[error("format {format:?} is not supported; supported: {SUPPORTED_FORMATS}")]
     Format {
         /// The format seen.
         format: TextureFormat,
     },
-    /// A format for depth or stencil, or one that is only read.
+    /// A depth or stencil format, or a format that cannot be rendered to.
     #[error("{format:?} cannot be a colour target")]
     NotRenderable {
         /// The format seen.
         format: TextureFormat,
     },
-    /// Bits that name no channel.
+    /// Bits beyond the four channels.
     #[error("write mask {bits:#x}; allowed: 0..=0xf")]
     WriteMask {
         /// The mask seen.
@@ -32,7 +32,7 @@ pub enum ColorTargetProblem {
         /// The format seen.
         format: TextureFormat,
     },
-    /// A minimum or maximum with a factor, which it would ignore.
+    /// Operation `Min` or `Max` with a factor other than `One`: these operations ignore factors.
     #[error("blend factor {factor:?} for operation {operation:?}; allowed: One")]
     MinMaxFactor {
         /// The operation, `Min` or `Max`.
@@ -40,7 +40,7 @@ pub enum ColorTargetProblem {
         /// The factor seen.
         factor: BlendFactor,
     },
-    /// A second source beside other targets.
+    /// Dual-source blending with more than one target.
     #[error("dual-source blending needs exactly one target, not {targets}")]
     DualSource {
         /// Targets seen.
@@ -53,7 +53,7 @@ pub(crate) fn is_color_renderable(format: TextureFormat) -> bool {
     format_info(format).is_some_and(|info| info.renderable && !info.depth && !info.stencil)
 }
 
-/// What is wrong with one of `targets` colour targets.
+/// Why one of `targets` colour targets is refused, or `None`.
 pub(crate) fn problem(state: &ColorTargetState, targets: usize) -> Option<ColorTargetProblem> {
     let format = state.format;
     if format_info(format).is_none() {

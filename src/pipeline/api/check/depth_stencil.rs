@@ -4,35 +4,35 @@ use crate::api::format::facts::format_info;
 use crate::api::resolved::PrimitiveClass;
 use crate::api::state::{CompareFunction, DepthStencilState, StencilFaceState, StencilOperation, TextureFormat};
 
-/// What is wrong with a pipeline's depth and stencil state.
+/// Why the depth and stencil state of a pipeline is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DepthStencilProblem {
-    /// Not a format for depth or stencil.
+    /// A colour format.
     #[error("{format:?} is not a depth or stencil format")]
     Format {
         /// The format seen.
         format: TextureFormat,
     },
-    /// Depth is tested or written, and the format has none.
+    /// Depth is tested or written, but the format has no depth.
     #[error("depth state needs a depth format, not {format:?}")]
     NoDepth {
         /// The format seen.
         format: TextureFormat,
     },
-    /// The stencil is tested or written, and the format has none.
+    /// The stencil is tested or written, but the format has no stencil.
     #[error("stencil state needs a stencil format, not {format:?}")]
     NoStencil {
         /// The format seen.
         format: TextureFormat,
     },
-    /// A format with depth, and nothing said about writing it.
+    /// A format with depth, but `depth_write_enabled` is not given.
     #[error("depth_write_enabled must be given for {format:?}")]
     DepthWriteEnabledMissing {
         /// The format seen.
         format: TextureFormat,
     },
-    /// Depth is written, or a failed depth test changes the stencil, and nothing is said about the test.
+    /// `depth_compare` is not given, although depth is written or the stencil operation for a failed depth test changes the stencil.
     #[error("depth_compare must be given for {format:?} where depth is written or its test changes the stencil")]
     DepthCompareMissing {
         /// The format seen.
@@ -54,7 +54,7 @@ pub enum DepthStencilProblem {
     },
 }
 
-/// What is wrong with a depth and stencil state.
+/// Why a depth and stencil state is refused, or `None`.
 pub(crate) fn problem(state: &DepthStencilState, rasterized: PrimitiveClass) -> Option<DepthStencilProblem> {
     let format = state.format;
     let Some(info) = format_info(format).filter(|info| info.depth || info.stencil) else {

@@ -1,6 +1,6 @@
-//! Draws: everything that a draw relies on.
+//! Draws: checks their bindings, targets, viewport, scissor, ranges and buffers.
 //!
-//! A pass may have a hundred thousand draws, so that nothing here allocates unless a draw is refused.
+//! A pass may have a hundred thousand draws, so nothing here allocates unless a draw is refused.
 
 use std::ops::Range;
 
@@ -10,14 +10,14 @@ use crate::api::draw::Draw;
 use crate::api::pass::Pass;
 use crate::api::state::{IndexFormat, PixelRect, TextureFormat, VertexStepMode, Viewport};
 
-/// What is wrong with a draw.
+/// Why a draw is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DrawProblem {
-    /// What is bound is not what the program reads.
+    /// The bindings do not match the program.
     #[error(transparent)]
     Binding(BindingProblem),
-    /// A colour target is of another format than the pass's, or one of both is a hole.
+    /// The pipeline's format of a colour target differs from the pass's, or only one of the two has this target.
     #[error("target {target} is {attached:?}, the pipeline writes {expected:?}")]
     ColorAttachment {
         /// The target's number.
@@ -27,7 +27,7 @@ pub enum DrawProblem {
         /// The pipeline's format.
         expected: Option<TextureFormat>,
     },
-    /// The depth-stencil attachment is of another format than the pipeline's, or one of both has none.
+    /// The pipeline's depth-stencil format differs from the pass's, or only one of the two has such an attachment.
     #[error("depth-stencil attachment is {attached:?}, the pipeline expects {expected:?}")]
     DepthStencil {
         /// The pass's format.
@@ -35,13 +35,13 @@ pub enum DrawProblem {
         /// The pipeline's format.
         expected: Option<TextureFormat>,
     },
-    /// A viewport too large, of a negative size, or with a number that is not finite.
+    /// A viewport with a size above 32768, a negative size, or a number that is not finite.
     #[error("viewport {viewport:?}: sizes must be in 0..=32768 and all numbers finite")]
     ViewportSize {
         /// The viewport seen.
         viewport: Viewport,
     },
-    /// A viewport that begins too far away.
+    /// A viewport whose left or top edge is out of range.
     #[error("viewport origin ({x}, {y}) is outside -32768..=32767")]
     ViewportOrigin {
         /// The left edge seen.
@@ -49,13 +49,13 @@ pub enum DrawProblem {
         /// The top edge seen.
         y: f32,
     },
-    /// A viewport that ends too far away.
+    /// A viewport whose right or bottom edge is out of range.
     #[error("viewport {viewport:?} reaches beyond 32767")]
     ViewportEnd {
         /// The viewport seen.
         viewport: Viewport,
     },
-    /// A viewport's depth range out of order or out of 0..=1.
+    /// A viewport whose depth range is reversed or reaches beyond 0..=1.
     #[error("viewport depth {min_depth}..{max_depth}: needs 0 <= min <= max <= 1")]
     ViewportDepth {
         /// The least depth seen.
@@ -63,7 +63,7 @@ pub enum DrawProblem {
         /// The greatest depth seen.
         max_depth: f32,
     },
-    /// A scissor that is not inside the attachments.
+    /// A scissor that reaches beyond the attachments.
     #[error("scissor {scissor:?} is not inside the target of {size:?} pixels")]
     Scissor {
         /// The scissor seen.
@@ -79,7 +79,7 @@ pub enum DrawProblem {
         /// Instances.
         instances: Range<u32>,
     },
-    /// Indices begin between two indices.
+    /// The byte offset of the index buffer is not a multiple of the index size.
     #[error("indices begin at byte {offset}, which is not a multiple of {format:?}'s size")]
     IndexOffset {
         /// The offset seen.
@@ -87,7 +87,7 @@ pub enum DrawProblem {
         /// The indices' format.
         format: IndexFormat,
     },
-    /// Indices that the buffer does not have.
+    /// A range of indices beyond the end of the buffer.
     #[error("indices {indices:?} of a buffer that holds {count}")]
     IndexRange {
         /// The indices drawn.
@@ -95,7 +95,7 @@ pub enum DrawProblem {
         /// Indices in the buffer, from the offset on.
         count: usize,
     },
-    /// Strips with other indices than the pipeline says.
+    /// An indexed strip whose index format differs from the pipeline's `strip_index_format`.
     #[error("an indexed strip needs strip_index_format {bound:?}, not {pipeline:?}")]
     StripIndexFormat {
         /// The format of the indices bound.
@@ -111,7 +111,7 @@ pub enum DrawProblem {
         /// Buffers that the pipeline reads.
         expected: usize,
     },
-    /// A vertex buffer begins at a place that drivers do not allow.
+    /// A vertex buffer whose offset is not aligned.
     #[error("vertex buffer {slot} begins at byte {offset}, which is not a multiple of {VERTEX_ALIGNMENT}")]
     VertexBufferOffset {
         /// The buffer's slot.
@@ -119,17 +119,17 @@ pub enum DrawProblem {
         /// The offset seen.
         offset: usize,
     },
-    /// A vertex buffer is too short.
+    /// A vertex buffer with fewer bytes than the draw reads.
     #[error("vertex buffer {slot} has {bytes} bytes, the draw reads {expected}")]
     VertexBufferSize {
         /// The buffer's slot.
         slot: usize,
         /// Bytes of the buffer.
         bytes: usize,
-        /// Where the last byte read ends.
+        /// One past the last byte that the draw reads.
         expected: u64,
     },
-    /// An occlusion query that the pass does not have.
+    /// The number of a query beyond the pass's queries.
     #[error("query {query} of {count}")]
     Query {
         /// The query seen.
@@ -137,7 +137,7 @@ pub enum DrawProblem {
         /// Queries of the pass.
         count: usize,
     },
-    /// A stream-out target that the pass does not have.
+    /// The number of a stream-out target beyond the pass's targets.
     #[error("stream-out target {target} of {count}")]
     StreamOut {
         /// The target seen.
@@ -147,7 +147,7 @@ pub enum DrawProblem {
     },
 }
 
-/// What is wrong with a draw of a pass whose attachments have this size.
+/// Why a draw is refused, or `None`. `size` is width and height of the pass's attachments.
 pub(crate) fn problem(pass: &Pass<'_>, draw: &Draw<'_>, size: (u32, u32)) -> Option<DrawProblem> {
     let bindings = draw.bindings.mismatch(&draw.pipeline.desc.program.bindings);
     bindings
@@ -227,7 +227,7 @@ fn vertex_buffer_problem(draw: &Draw<'_>) -> Option<DrawProblem> {
         }
         let range = if layout.step_mode == VertexStepMode::Instance { &draw.instances } else { &draw.vertices };
         if (layout.step_mode == VertexStepMode::Vertex && draw.index.is_some()) || range.is_empty() {
-            return None; // Indices are bounds-checked as they are fetched.
+            return None; // Fetch checks the bounds of indices.
         }
         let reach = layout.attributes.iter().map(|a| a.offset + a.format.size()).max().unwrap_or(0);
         let expected = (u64::from(range.end - 1) * layout.array_stride + reach).saturating_add(offset as u64);
@@ -235,7 +235,7 @@ fn vertex_buffer_problem(draw: &Draw<'_>) -> Option<DrawProblem> {
     })
 }
 
-/// Queries and stream-out targets that the pass does not have.
+/// Why the numbers of a draw's query and stream-out target are refused, or `None`.
 fn target_number_problem(pass: &Pass<'_>, draw: &Draw<'_>) -> Option<DrawProblem> {
     if let Some(query) = draw.query.filter(|&query| query as usize >= pass.query_count) {
         return Some(DrawProblem::Query { query, count: pass.query_count });

@@ -1,4 +1,4 @@
-//! Whether a pass can run: attachments and every draw are checked before the first draw.
+//! Passes: attachments and every draw are checked before the first draw.
 
 use rayon::prelude::*;
 
@@ -7,34 +7,37 @@ use crate::api::check::draw::{self, DrawProblem};
 use crate::api::draw::DRAWS_PER_TASK;
 use crate::api::pass::Pass;
 
-/// A pass that cannot run.
+/// Why a pass is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PassError {
-    /// The attachments do not fit together.
+    /// The attachments are refused.
     #[error("pass `{pass}`: {problem}")]
     Attachments {
         /// The pass's label.
         pass: String,
-        /// What is wrong.
+        /// The cause.
         problem: AttachmentProblem,
     },
-    /// A draw does not fit the pass or its pipeline.
+    /// A draw is refused.
     #[error("pass `{pass}`, draw {draw} (pipeline `{pipeline}`): {problem}")]
     Draw {
         /// The pass's label.
         pass: String,
-        /// The draw's number.
+        /// The draw's number in the pass.
         draw: usize,
-        /// Its pipeline's label.
+        /// The label of the draw's pipeline.
         pipeline: String,
-        /// What is wrong.
+        /// The cause.
         problem: DrawProblem,
     },
 }
 
 impl Pass<'_> {
-    /// Checks everything a draw relies on, and gives width and height of the attachments; 1 and 1 without any.
+    /// Checks the attachments and every draw. Returns width and height of the attachments, pixels; (1, 1) without attachments.
+    ///
+    /// # Errors
+    /// With the first cause found, in the order of the draws.
     pub(crate) fn validate(&self) -> Result<(u32, u32), PassError> {
         let size = attachment::size(self);
         if let Some(problem) = attachment::problem(self, size) {

@@ -12,21 +12,21 @@ use crate::api::shader::program::Program;
 use crate::api::shader::varying::{Varying, flatten_varyings};
 use crate::api::state::{MAX_COLOR_TARGETS, MAX_VARYINGS, PolygonMode, PrimitiveTopology, TextureFormat};
 
-/// A pipeline that is not possible.
+/// A pipeline that is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("pipeline `{label}`: {problem}")]
 pub struct PipelineError {
     /// The pipeline's label.
     pub label: String,
-    /// What is wrong.
+    /// The cause.
     pub problem: PipelineProblem,
 }
 
-/// What is wrong with a pipeline's description.
+/// Why the description of a pipeline is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PipelineProblem {
-    /// Rules with another sub-pixel grid than the two that there are.
+    /// Sub-pixel precision other than 4 or 8 bits.
     #[error("{bits} sub-pixel bits; 4 or 8 are allowed")]
     SubpixelBits {
         /// The bits seen.
@@ -38,22 +38,22 @@ pub enum PipelineProblem {
         /// The mode seen.
         mode: PolygonMode,
     },
-    /// Conservative rasterization, which is not offered.
+    /// Conservative rasterization, which is not supported.
     #[error("conservative rasterization must be off")]
     Conservative,
-    /// Lines too wide or too narrow.
+    /// A line width out of range.
     #[error("line width {width}; allowed: above 0, up to {MAX_POINT_SIZE}")]
     LineWidth {
         /// The width seen.
         width: f32,
     },
-    /// An index format for strips, and no strips.
+    /// `strip_index_format` for a topology that is not a strip.
     #[error("strip_index_format is for strips only, not for {topology:?}")]
     StripIndexFormat {
         /// The topology seen.
         topology: PrimitiveTopology,
     },
-    /// A varying that is no scalar and no vector.
+    /// A varying with more than four scalars, or none.
     #[error("varying `{name}` has {components} scalars; allowed: 1..=4")]
     VaryingComponents {
         /// The varying's name.
@@ -81,24 +81,24 @@ pub enum PipelineProblem {
         /// The targets seen.
         count: usize,
     },
-    /// A colour target is not possible.
+    /// A colour target is refused.
     #[error("target {target}: {problem}")]
     ColorAttachment {
         /// The target's number.
         target: usize,
-        /// What is wrong.
+        /// The cause.
         problem: ColorTargetProblem,
     },
-    /// Colour targets, and nothing that computes colours.
+    /// Colour targets without a fragment stage.
     #[error("colour targets need a fragment stage")]
     FragmentStage,
-    /// Neither a colour target nor depth and stencil, and yet something is to be rasterized.
+    /// Neither a colour target nor depth and stencil state, although primitives are rasterized.
     #[error("no colour target and no depth-stencil state; without either rasterizer_discard must be on")]
     NoTarget,
-    /// Depth or stencil state is not possible.
+    /// Depth or stencil state is refused.
     #[error(transparent)]
     DepthStencil(DepthStencilProblem),
-    /// The fragment stage writes depth that no attachment takes.
+    /// The fragment stage writes depth, but the depth-stencil format has none.
     #[error("the fragment stage writes depth, and the depth-stencil format is {format:?}")]
     FragDepth {
         /// The format seen; `None` without depth and stencil state.
@@ -110,17 +110,17 @@ pub enum PipelineProblem {
         /// The buffers seen.
         count: usize,
     },
-    /// The layout of a vertex buffer is not possible.
+    /// The layout of a vertex buffer is refused.
     #[error("vertex buffer {slot}: {problem}")]
     VertexBuffer {
         /// The buffer's slot.
         slot: usize,
-        /// What is wrong.
+        /// The cause.
         problem: VertexBufferProblem,
     },
 }
 
-/// What is wrong with a description, or `None`.
+/// Why a description is refused, or `None`.
 pub(crate) fn problem(desc: &RenderPipelineDescriptor, rules: &RasterRules) -> Option<PipelineProblem> {
     let primitive = &desc.primitive;
     if !matches!(rules.subpixel_bits, 4 | 8) {
@@ -141,7 +141,7 @@ pub(crate) fn problem(desc: &RenderPipelineDescriptor, rules: &RasterRules) -> O
     program_problem(&desc.program).or_else(|| target_problem(desc)).or_else(|| vertex_buffer_problem(desc))
 }
 
-/// What is wrong with what a program declares.
+/// Why the declarations of a program are refused, or `None`.
 fn program_problem(program: &Program) -> Option<PipelineProblem> {
     let before_geometry = program.geometry.as_ref().map_or(&[][..], |geometry| &geometry.input_varyings);
     for varyings in [before_geometry, &program.varyings] {
@@ -161,7 +161,7 @@ fn program_problem(program: &Program) -> Option<PipelineProblem> {
     })
 }
 
-/// What is wrong with what is drawn to.
+/// Why the colour targets or the depth and stencil state are refused, or `None`.
 fn target_problem(desc: &RenderPipelineDescriptor) -> Option<PipelineProblem> {
     let count = desc.targets.len();
     if count > MAX_COLOR_TARGETS {
@@ -191,7 +191,7 @@ fn target_problem(desc: &RenderPipelineDescriptor) -> Option<PipelineProblem> {
     (desc.program.writes_depth && !has_depth).then_some(PipelineProblem::FragDepth { format })
 }
 
-/// What is wrong with the vertex buffers' layouts.
+/// Why the layouts of the vertex buffers are refused, or `None`.
 fn vertex_buffer_problem(desc: &RenderPipelineDescriptor) -> Option<PipelineProblem> {
     let count = desc.vertex_buffers.len();
     if count > MAX_VERTEX_BUFFERS {

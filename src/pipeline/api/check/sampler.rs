@@ -1,8 +1,8 @@
-//! Samplers: what is wrong with one.
+//! Samplers: ranges of levels of detail, and address modes.
 
 use crate::api::sampler::{AddressMode, Sampler};
 
-/// What is wrong with a sampler.
+/// Why a sampler is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SamplerError {

@@ -2,7 +2,7 @@
 
 use crate::api::state::VertexBufferLayout;
 
-/// Most vertex buffers of a pipeline. WebGPU's `maxVertexBuffers` default.
+/// Most vertex buffers that a pipeline may read. WebGPU's `maxVertexBuffers` default.
 pub const MAX_VERTEX_BUFFERS: usize = 8;
 
 /// One past the largest shader location. WebGPU's `maxVertexAttributes` default.
@@ -11,42 +11,42 @@ pub const MAX_VERTEX_ATTRIBUTES: u32 = 16;
 /// Most bytes from one element of a vertex buffer to the next. WebGPU's `maxVertexBufferArrayStride` default.
 pub const MAX_ARRAY_STRIDE: u64 = 2048;
 
-/// What strides and offsets of vertex buffers must be multiples of, in bytes [WebGPU, `GPUVertexBufferLayout` validation].
+/// Alignment of strides and offsets of vertex buffers, bytes [WebGPU, `GPUVertexBufferLayout` validation].
 pub const VERTEX_ALIGNMENT: u64 = 4;
 
-/// What is wrong with the layout of a vertex buffer.
+/// Why the layout of a vertex buffer is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VertexBufferProblem {
-    /// The stride is too large, or no multiple of four.
+    /// A stride that is too large or not a multiple of four.
     #[error("stride {array_stride}; allowed: multiples of {VERTEX_ALIGNMENT} up to {MAX_ARRAY_STRIDE}")]
     ArrayStride {
         /// The stride seen.
         array_stride: u64,
     },
-    /// An attribute reaches beyond its element.
+    /// An attribute that ends beyond the stride.
     #[error("attribute at byte {offset} does not fit {allowed} bytes")]
     AttributeSize {
         /// Where the attribute begins.
         offset: u64,
-        /// The stride, or the greatest one where the stride is 0.
+        /// The stride; the largest one allowed if the stride is 0.
         allowed: u64,
     },
-    /// An attribute begins at a place that drivers do not allow.
+    /// An attribute whose offset is not aligned.
     #[error("attribute at byte {offset}, which is not a multiple of {alignment}")]
     AttributeOffset {
         /// Where the attribute begins.
         offset: u64,
-        /// What it must be a multiple of: the format's size, at most four.
+        /// The alignment, bytes: the format's size, at most four.
         alignment: u64,
     },
-    /// A location that shaders do not have.
+    /// A shader location beyond the largest.
     #[error("shader location {shader_location}; allowed: 0..{MAX_VERTEX_ATTRIBUTES}")]
     ShaderLocation {
         /// The location seen.
         shader_location: u32,
     },
-    /// Two attributes have one location.
+    /// Two attributes with one shader location.
     #[error("shader location {shader_location} is given twice")]
     ShaderLocationTwice {
         /// The location seen.
@@ -54,7 +54,7 @@ pub enum VertexBufferProblem {
     },
 }
 
-/// The slot of a layout that is not valid, and what is wrong with it.
+/// The slot of the first layout that is refused, and why; `None` if all are accepted.
 pub(crate) fn problem(layouts: &[VertexBufferLayout]) -> Option<(usize, VertexBufferProblem)> {
     // Bit = location.
     let mut given = 0u32;

@@ -1,15 +1,15 @@
-//! Depth as a target stores it.
+//! Conversion of depth to the values that a depth format can hold.
 
 use crate::api::format::facts::ChannelKind;
 use crate::api::rules::UnormDepth;
 
-/// Depth of a fragment as the target stores it: itself, or the integer `floor(z·(2^bits − 1) + 0.5)`.
+/// Depth of a fragment as the format stores it: unchanged for floats, the integer `floor(z·(2^bits − 1) + 0.5)` for normalized formats.
 #[must_use]
 pub fn quantize_depth(kind: ChannelKind, z: f32) -> f32 {
     quantize_depth_by(UnormDepth::NearestUp, kind, z)
 }
 
-/// [`quantize_depth`] by a rule.
+/// [`quantize_depth`] under a rule of [`UnormDepth`].
 #[inline(always)]
 pub(crate) fn quantize_depth_by(rule: UnormDepth, kind: ChannelKind, z: f32) -> f32 {
     let ChannelKind::UnormDepth(bits) = kind else { return z };
@@ -25,7 +25,7 @@ pub(crate) fn quantize_depth_by(rule: UnormDepth, kind: ChannelKind, z: f32) -> 
     }
 }
 
-/// The inverse of [`quantize_depth`]: what reading the depth gives, in 0..=1.
+/// The inverse of [`quantize_depth`]: depth in 0..=1 from the stored number.
 #[must_use]
 pub fn depth_value(kind: ChannelKind, stored: f32) -> f32 {
     match kind {

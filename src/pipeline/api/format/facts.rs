@@ -1,29 +1,29 @@
-//! The table of formats: planes, bytes, and what a format may be used for.
+//! The table of formats: planes, bytes, and how each format may be used.
 
 use crate::api::state::TextureFormat;
 
-/// How the planes of a format are stored, and what the format may be used for.
+/// How the planes of a format are stored, and how the format may be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FormatInfo {
-    /// Colour or depth planes, 0 to 4.
+    /// Number of colour or depth planes, 0 to 4.
     pub channels: usize,
-    /// What numbers a plane can hold.
+    /// The numbers that a plane can hold.
     pub kind: ChannelKind,
     /// Whether there is a stencil plane.
     pub stencil: bool,
     /// Whether the planes are depth.
     pub depth: bool,
-    /// Bytes of a texel's colour or depth when encoded.
+    /// Bytes of a texel's colour or depth in the format's own encoding.
     pub bytes: usize,
-    /// Whether a texel's bytes are blue, green, red, alpha. Planes are red first in every format.
+    /// Whether the encoded order is blue, green, red, alpha. Planes are always in the order red, green, blue, alpha.
     pub blue_first: bool,
-    /// Whether passes can draw to it.
+    /// Whether passes can draw to the format.
     pub renderable: bool,
     /// Whether pipelines can blend into it.
     pub blendable: bool,
 }
 
-/// What numbers a plane can hold.
+/// The numbers that a plane can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChannelKind {
     /// `n/255`.
@@ -42,22 +42,22 @@ pub enum ChannelKind {
     SharedExponent,
     /// IEEE 754 binary32.
     Float32,
-    /// Unsigned integers of so many bits, kept as bit patterns. 10 bits: colour of 10 and alpha of 2, packed into 32 bits.
+    /// Unsigned integers of this many bits, kept as bit patterns. 10 means 10 bits per colour channel and 2 for alpha, packed into 32 bits.
     Uint(u32),
-    /// Signed integers of so many bits, kept as bit patterns, the sign extended to 32 bits.
+    /// Signed integers of this many bits, kept as bit patterns, the sign extended to 32 bits.
     Sint(u32),
     /// `n/(2^bits − 1)`, kept as the integer `n`, which f32 holds exactly.
     UnormDepth(u32),
 }
 
 impl ChannelKind {
-    /// Whether planes hold bit patterns of 32-bit integers. Any of them may look like not-a-number to float arithmetic.
+    /// Whether planes hold bit patterns of 32-bit integers. Float arithmetic must not touch them: some patterns are NaNs.
     #[must_use]
     pub const fn is_integer(self) -> bool {
         matches!(self, Self::Uint(_) | Self::Sint(_))
     }
 
-    /// Whether source and constant of blending are clamped to 0..=1 [D3D11.3 §17.5].
+    /// Whether blending clamps the source colour and the blend constant to 0..=1 [D3D11.3 §17.5].
     #[must_use]
     pub const fn clamps_blending(self) -> bool {
         matches!(self, Self::Unorm8 | Self::Unorm10 | Self::Srgb8)
@@ -80,7 +80,7 @@ impl ChannelKind {
         }
     }
 
-    /// What a shader reads as alpha where the format has none: the float or the integer one [WebGPU §texture views].
+    /// Alpha that a shader reads where the format has no alpha: 1.0, or the bits of the integer 1 [WebGPU §texture views].
     #[must_use]
     pub const fn missing_alpha(self) -> f32 {
         if self.is_integer() { f32::from_bits(1) } else { 1.0 }
@@ -109,9 +109,9 @@ use TextureFormat as F;
 
 /// All formats with their WebGPU names [WebGPU §26.1.1, texture format capabilities; `wgpu-types`, `guaranteed_format_features`].
 ///
-/// Two facts need an optional feature of WebGPU, and are facts here without one: that 32-bit floats can be blended and filtered
-/// (`float32-blendable`, `float32-filterable`), and that `rg11b10ufloat` can be drawn to (`rg11b10ufloat-renderable`). What only a feature beyond
-/// the table's own allows, drawing to `snorm` (`texture-formats-tier1`), is not offered.
+/// Two facts that WebGPU ties to optional features always hold here: 32-bit floats can be blended and filtered (`float32-blendable`,
+/// `float32-filterable`), and `rg11b10ufloat` can be drawn to (`rg11b10ufloat-renderable`). Drawing to `snorm` needs `texture-formats-tier1` and is
+/// not supported.
 const TABLE: &[(TextureFormat, &str, FormatInfo)] = &[
     (F::R8Unorm, "r8unorm", color(1, Unorm8, 1)),
     (F::R8Snorm, "r8snorm", texture_only(1, Snorm8, 1)),
@@ -175,7 +175,7 @@ pub const SUPPORTED_FORMATS: &str = "r8unorm r8snorm r8uint r8sint rg8unorm rg8s
      r32uint r32sint r32float rg32uint rg32sint rg32float rgba32uint rgba32sint rgba32float rgb10a2unorm rgb10a2uint rg11b10ufloat \
      rgb9e5ufloat depth16unorm depth24plus depth24plus-stencil8 depth32float depth32float-stencil8 stencil8";
 
-/// The facts of a format, or `None` for one that is not supported.
+/// The facts of a format; `None` if the format is not supported.
 #[must_use]
 pub fn format_info(format: TextureFormat) -> Option<FormatInfo> {
     TABLE.iter().find(|row| row.0 == format).map(|row| row.2)

@@ -1,21 +1,21 @@
 //! Integers of 8, 10, 16 and 32 bits, kept in planes of f32 as the bit patterns of 32-bit integers.
 //!
-//! What a narrower target cannot hold is clamped to its range, as Direct3D does (data conversion rules, integer conversion) and OpenGL; Vulkan
-//! leaves it undefined (Vulkan-Docs issue 830), and WebGPU says nothing.
+//! Numbers out of a narrower target's range are clamped to it, as in Direct3D (data conversion rules, integer conversion) and OpenGL. Vulkan leaves
+//! the result undefined (Vulkan-Docs issue 830), and WebGPU does not say.
 
-/// An unsigned pattern in so many bits.
+/// An unsigned pattern clamped to `bits` bits.
 #[inline]
 pub(crate) fn uint(pattern: f32, bits: u32) -> u32 {
     pattern.to_bits().min(u32::MAX >> (32 - bits))
 }
 
-/// A signed pattern in so many bits.
+/// A signed pattern clamped to `bits` bits.
 #[inline]
 pub(crate) fn sint(pattern: f32, bits: u32) -> i32 {
     (pattern.to_bits() as i32).clamp(i32::MIN >> (32 - bits), i32::MAX >> (32 - bits))
 }
 
-/// The pattern of a signed integer of so many bits in the lowest bits of `code`.
+/// Sign extension: the 32-bit pattern of the signed integer in the lowest `bits` bits of `code`.
 #[inline]
 pub(crate) fn extended(code: u32, bits: u32) -> f32 {
     f32::from_bits(((code << (32 - bits)) as i32 >> (32 - bits)) as u32)

@@ -1,9 +1,9 @@
-//! Texture formats: how many planes a format has, what a stored number can be, and the bytes it is.
+//! Texture formats: the planes of each format, the numbers that a plane can hold, and the bytes of a texel.
 //!
-//! A texture holds decoded f32 planes (`texture.rs`), red, green, blue and alpha whatever the order of the bytes. Integers are kept as the bit
-//! patterns of 32-bit integers, which no arithmetic on floats may touch. `facts` says what each format is and may be used for; [`Quantizer`]
-//! rounds what a shader wrote to a number that the format can hold; [`encode_texel`] and [`decode_texel`] turn such numbers into the format's
-//! bytes and back without loss. The rules of one kind of number are in one file each. `docs/formats.md` is the table for readers.
+//! A texture holds decoded f32 planes (`texture.rs`) in the order red, green, blue, alpha, whatever the order of the bytes is. Integers are kept as
+//! the bit patterns of 32-bit integers; float arithmetic must not touch them. `facts` is the table of formats; [`Quantizer`] rounds a shader's output
+//! to a number that the format can hold; [`encode_texel`] and [`decode_texel`] convert such numbers to the format's bytes and back without loss. Each
+//! kind of number has a file of its own. `docs/formats.md` is the table for readers.
 
 pub(crate) mod depth;
 pub(crate) mod facts;

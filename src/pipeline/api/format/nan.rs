@@ -1,7 +1,7 @@
-//! Not-a-number as textures store it: one bit pattern, whatever made it.
+//! NaN as textures store it: one bit pattern, whatever operation made it.
 //!
 //! The sign and the payload of a computed NaN differ between instruction sets (x86 sets the sign of `0/0`, ARM does not) and with the order of
-//! operands, so bytes that hold one would differ between machines. Where a float is stored, every NaN becomes [`NAN`].
+//! operands, so bytes with a NaN in them would differ between machines. Where a float is stored, every NaN becomes [`NAN`].
 
 use nephroid_math::lanes::Lanes;
 

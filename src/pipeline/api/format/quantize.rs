@@ -1,4 +1,4 @@
-//! Rounding of what a shader wrote to what a colour target can hold.
+//! Rounding of shader output to the numbers that a colour target can hold.
 
 use crate::api::format::facts::{ChannelKind, FormatInfo};
 use crate::api::format::integer::{sint, uint};
@@ -9,26 +9,26 @@ use crate::api::format::srgb::{linear_to_srgb8, srgb8_to_linear};
 use crate::api::rules::F16Rounding;
 use crate::api::state::Color;
 
-/// Rounds numbers to what a colour target can hold.
+/// Rounds numbers to those that a colour target can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantizer {
-    /// 32-bit integers and formats that cannot be drawn to: nothing to do.
+    /// No rounding: 32-bit integers, and formats that cannot be drawn to.
     Exact,
-    /// f32: every not-a-number becomes the one that is stored.
+    /// 32-bit floats: only NaNs change, to the one bit pattern that textures store.
     Float32,
     /// Clamp to 0..=1, `⌊v·255 + 0.5⌋/255`; NaN becomes 0 [D3D11.3 §3.2.3.6].
     Unorm8,
-    /// The same in steps of 1/1023, alpha in thirds.
+    /// As `Unorm8`, in steps of 1/1023 for colour and 1/3 for alpha.
     Unorm10,
-    /// The same in 8 bits on the sRGB curve for colour, linear for alpha.
+    /// As `Unorm8`, on the sRGB curve for colour, linear for alpha.
     Srgb8,
-    /// To binary16.
+    /// Rounded to binary16.
     Float16(F16Rounding),
-    /// To floats without sign of 11, 11 and 10 bits; numbers below zero become 0.
+    /// Rounded to floats of 11, 11 and 10 bits without a sign; negative numbers become 0.
     Ufloat11(F16Rounding),
-    /// Bit patterns clamped to unsigned integers of so many bits (10: alpha of 2).
+    /// Bit patterns clamped to unsigned integers of this many bits (10: alpha of 2 bits).
     Uint(u32),
-    /// Bit patterns clamped to signed integers of so many bits.
+    /// Bit patterns clamped to signed integers of this many bits.
     Sint(u32),
 }
 
@@ -79,8 +79,8 @@ pub(crate) fn fraction_bits(channel: usize) -> u32 {
 }
 
 impl FormatInfo {
-    /// What a colour target of this format holds after it is cleared: each component rounded as drawing rounds it. Integers are rounded toward zero
-    /// and clamped to the format's range; NaN becomes 0.
+    /// The value of a colour target of this format after a clear: each component rounded as drawing rounds it. Integers are rounded toward zero and
+    /// clamped to the format's range; NaN becomes 0.
     #[must_use]
     pub fn clear_value(&self, color: Color, f16: F16Rounding) -> [f32; 4] {
         let quantizer = Quantizer::new(self.kind, f16);
@@ -101,7 +101,7 @@ mod tests {
     use super::super::{FORMATS, decode_texel, encode_texel, format_info};
     use super::*;
 
-    /// What is written to a target is what its bytes hold: quantizing and then storing changes nothing, and storing alone rounds alike.
+    /// The bytes of a target hold exactly the quantized numbers, and encoding without quantizing rounds in the same way.
     #[test]
     fn quantized_numbers_are_what_the_bytes_hold() {
         let mut state = 1u32;

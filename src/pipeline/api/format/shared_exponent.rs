@@ -12,7 +12,8 @@ fn power(k: i32) -> f32 {
     f32::from_bits(((k + 127) as u32) << 23)
 }
 
-/// Packs three numbers: red in the lowest 9 bits, the exponent in the highest 5. Numbers below zero and NaN become 0, large ones the greatest.
+/// Packs three numbers: red in the lowest 9 bits, the exponent in the highest 5. Negative numbers and NaN become 0, numbers that are too large become
+/// the largest one.
 pub(crate) fn pack(rgb: [f32; 3]) -> u32 {
     let clamped = rgb.map(|v| if v > 0.0 { v.min(GREATEST) } else { 0.0 });
     let most = clamped[0].max(clamped[1]).max(clamped[2]);

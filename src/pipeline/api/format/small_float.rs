@@ -1,4 +1,4 @@
-//! Floats of 5 exponent bits: binary16 with a sign, and those of 11 and 10 bits without one.
+//! Small floats with 5 exponent bits: binary16 with a sign, and the 11- and 10-bit floats without one.
 //!
 //! Value of exponent `e` and fraction `f` of `F` bits: `2^(e − 15)·(1 + f/2^F)`; `e = 0`: `2^−14·f/2^F`; `e = 31`: infinity, or not-a-number where
 //! `f` is not 0 [D3D11.3 §3.1.7; Khronos Data Format 1.3 §10].
@@ -57,8 +57,8 @@ pub fn f16_to_f32(half: u16) -> f32 {
     one_nan(f32::from_bits(u32::from(half & 0x8000) << 16 | unpack(half, 10)))
 }
 
-/// binary32 to a float of 5 exponent bits, 6 or 5 fraction bits and no sign. Numbers below zero and −∞ become 0, not-a-number of either sign the
-/// quiet one [D3D11.3 §3.2.2].
+/// binary32 to a float of 5 exponent bits, 6 or 5 fraction bits and no sign. Negative numbers and −∞ become 0; NaN of either sign becomes the quiet
+/// NaN [D3D11.3 §3.2.2].
 #[must_use]
 pub fn f32_to_ufloat(value: f32, fraction_bits: u32, rounding: F16Rounding) -> u16 {
     if value < 0.0 {

@@ -1,6 +1,6 @@
 //! The sRGB curve in 8 bits [IEC 61966-2-1].
 
-/// Decoded values of the 256 sRGB codes, and the linear values where the nearest code changes.
+/// Decoded values of the 256 sRGB codes, and the linear thresholds between neighbouring codes.
 struct SrgbTables {
     linear: [f32; 256],
     threshold: [f32; 255],
@@ -17,7 +17,7 @@ fn srgb_tables() -> &'static SrgbTables {
     })
 }
 
-/// The sRGB code whose curve value is nearest to that of `linear`; NaN and negatives give 0.
+/// The sRGB code nearest to the encoded value of `linear`; NaN and negative numbers give 0.
 #[must_use]
 pub fn linear_to_srgb8(linear: f32) -> u8 {
     srgb_tables().threshold.partition_point(|&t| linear >= t) as u8

@@ -10,7 +10,7 @@ use crate::api::format::small_float::{f16_to_f32, f32_to_f16, f32_to_ufloat, ufl
 use crate::api::format::srgb::{linear_to_srgb8, srgb8_to_linear};
 use crate::api::rules::F16Rounding;
 
-/// Which channel is written in which place.
+/// Position of a channel in the encoded order.
 fn place(info: FormatInfo, channel: usize) -> usize {
     if info.blue_first && channel < 3 { 2 - channel } else { channel }
 }
@@ -20,7 +20,7 @@ const SHIFT_10: [u32; 4] = [0, 10, 20, 30];
 /// First bit of each channel of 11, 11 and 10 bits.
 const SHIFT_11: [u32; 3] = [0, 11, 22];
 
-/// All channels in one 32-bit number, if the format is so packed.
+/// All channels packed into one 32-bit number; `None` for formats that are not packed.
 fn packed(kind: ChannelKind, stored: &[f32; 4]) -> Option<u32> {
     let merged = |of: &dyn Fn(usize) -> u32| (0..4).fold(0, |bits, channel| bits | of(channel) << SHIFT_10[channel]);
     match kind {
@@ -52,7 +52,7 @@ fn unpacked(kind: ChannelKind, bits: u32) -> [f32; 4] {
     }
 }
 
-/// Appends the bytes of one texel, little endian. `stored` has the format's channels in the order of planes.
+/// Appends the bytes of one texel, little endian. `stored` has one number per channel, in the order of planes.
 pub fn encode_texel(info: FormatInfo, stored: &[f32], bytes: &mut Vec<u8>) {
     let mut texel = [0.0; 4];
     let channels = info.channels.min(stored.len());
@@ -81,10 +81,10 @@ pub fn encode_texel(info: FormatInfo, stored: &[f32], bytes: &mut Vec<u8>) {
     }
 }
 
-/// Reads one texel from the format's bytes into decoded channels in the order of planes. `bytes` has the format's length.
+/// Decodes one texel from `bytes` to four channels in the order of planes. `bytes` must have the format's length.
 #[must_use]
 pub fn decode_texel(info: FormatInfo, bytes: &[u8]) -> [f32; 4] {
-    // The number that starts at a byte, of up to four bytes.
+    // Reads the little-endian number of `length` bytes, up to four, that starts at byte `at`.
     let number = |at: usize, length: usize| {
         let mut four = [0; 4];
         four[..length].copy_from_slice(&bytes[at..at + length]);
@@ -174,7 +174,7 @@ mod tests {
                 encode_texel(info, &decoded[..info.channels], &mut again);
                 let other = decode_texel(info, &again);
                 for channel in 0..info.channels {
-                    // Two codes for −1, many for not-a-number and for what a shared exponent leaves room for: the number is what is kept.
+                    // Several codes may stand for one number (−1, NaN, numbers with a shared exponent): the number is kept, not the code.
                     let (a, b) = (decoded[channel], other[channel]);
                     assert!(a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()), "{format:?} {bytes:02x?}: {a} and {b}");
                 }

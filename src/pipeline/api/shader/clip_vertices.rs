@@ -1,6 +1,7 @@
-//! Vertices on their way from the last vertex-like stage to setup: in groups of sixteen, planar inside a group.
+//! Vertices between the last vertex-like stage and setup: in groups of sixteen, planar inside a group.
 //!
-//! Whole planes would be a power of two apart, as chunks are, and then all planes of a vertex fall into one set of the cache.
+//! Planes over all vertices would be a power of two apart, as chunks have such sizes; all planes of a vertex would then fall into one set of the
+//! cache.
 
 /// Vertices in a group.
 pub(crate) const GROUP: usize = 16;
@@ -14,7 +15,7 @@ pub(crate) struct ClipGroup {
     pub point_size: [f32; GROUP],
 }
 
-/// Clip-space positions and point sizes. What the last group holds beyond the last vertex means nothing.
+/// Clip-space positions and point sizes. Entries of the last group beyond the last vertex are undefined.
 #[derive(Default)]
 pub(crate) struct ClipVertices {
     pub groups: Vec<ClipGroup>,
@@ -58,7 +59,7 @@ impl ClipVertices {
         self.groups[vertex / GROUP].point_size[vertex % GROUP]
     }
 
-    /// The positions from `first` on, for an observer.
+    /// The positions from vertex `first` on, for an observer.
     pub fn positions_from(&self, first: usize) -> Vec<[f32; 4]> {
         (first..self.count).map(|v| self.get(v)).collect()
     }

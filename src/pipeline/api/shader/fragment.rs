@@ -1,4 +1,4 @@
-//! Fragment shaders: what one is given and what it returns.
+//! Fragment shaders: their inputs and outputs.
 
 use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::{V2, V3, V4, v2, v3, v4};
@@ -9,18 +9,18 @@ use crate::api::state::MAX_COLOR_TARGETS;
 use crate::api::surface::TILE_PIXELS;
 use crate::api::texture_view::TextureView;
 
-/// The planes and numbers that a primitive's varyings are interpolated from.
+/// The planes and numbers that interpolate a primitive's varyings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PrimitiveAttributes {
-    /// Pixel coordinates where the planes have their first number.
+    /// Pixel coordinates of the anchor, at which the first number of each plane holds.
     pub anchor: [f32; 2],
-    /// Weight of vertex 1 on the screen: at the anchor, per pixel right, per pixel down.
+    /// Screen-linear weight of vertex 1: at the anchor, per pixel right, per pixel down.
     pub l1: [f32; 3],
-    /// Weight of vertex 2.
+    /// Screen-linear weight of vertex 2, likewise.
     pub l2: [f32; 3],
     /// `1/w` of the three vertices.
     pub inv_w: [f32; 3],
-    /// Where each vertex's scalars start.
+    /// Index of each vertex's first scalar among the batch's varyings.
     pub varyings: [u32; 3],
     /// `primitive_index`, from 0 in each instance.
     pub primitive_id: u32,
@@ -31,7 +31,7 @@ pub struct PrimitiveAttributes {
 }
 
 impl PrimitiveAttributes {
-    /// Stands in for every primitive of a draw that keeps no interpolation data: only its facing is known.
+    /// Stands for every primitive of a draw that keeps no interpolation data: only the facing is known.
     pub(crate) const fn facing_only(front_facing: bool) -> Self {
         Self {
             anchor: [0.0; 2],
@@ -48,7 +48,7 @@ impl PrimitiveAttributes {
 
 /// The fragments of one call: one pixel, or a 4x4 block.
 pub struct FragmentInput<'a, L: Lanes> {
-    /// Makes lanes from nothing.
+    /// Needed to make lanes from constants.
     pub token: L::Token,
     /// `@builtin(position)`: pixel centre x and y, depth, and `1/w` interpolated.
     pub position: V4<L>,
@@ -61,11 +61,11 @@ pub struct FragmentInput<'a, L: Lanes> {
     varyings: &'a [f32],
     interpolation: &'a [Interpolation],
     own: Weighted<'a, L>,
-    /// Primitives that share the block, each with its lanes; [`Self::own`] has the others.
+    /// The other primitives that share the block, each with its lanes; the remaining lanes belong to `own`.
     others: &'a [(L::Mask, Weighted<'a, L>)],
 }
 
-/// A primitive and where fragments are in it.
+/// A primitive and the weights of its vertices at the fragments.
 #[derive(Clone, Copy)]
 pub(crate) struct Weighted<'a, L> {
     attributes: &'a PrimitiveAttributes,
@@ -76,14 +76,14 @@ pub(crate) struct Weighted<'a, L> {
 }
 
 impl<'a, L: Lanes> Weighted<'a, L> {
-    /// At pixel coordinates (integers, not centres).
+    /// For fragments at pixel coordinates (integers, not centres).
     #[inline(always)]
     pub fn new(attributes: &'a PrimitiveAttributes, x: L, y: L) -> Self {
         let (linear, perspective, inv_w) = weights(attributes, x, y);
         Self { attributes, linear, perspective, inv_w }
     }
 
-    /// A varying's scalar there.
+    /// A varying's scalar at the fragments.
     #[inline(always)]
     fn varying(&self, varyings: &[f32], interpolation: Interpolation, scalar: usize) -> L {
         let start = self.attributes.varyings;
@@ -101,7 +101,8 @@ impl<'a, L: Lanes> Weighted<'a, L> {
 }
 
 impl<'a, L: Lanes> FragmentInput<'a, L> {
-    /// Fragments at pixel coordinates (integers, not centres) with depth: of one primitive, or of several that share a block and face the same way.
+    /// Fragments at pixel coordinates (integers, not centres) and depth. They belong to one primitive, or to several that share a block and have the
+    /// same facing.
     #[inline(always)]
     pub(crate) fn new(
         token: L::Token,
@@ -136,25 +137,25 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
         }
         value
     }
-    /// Two scalars from `scalar`.
+    /// Two scalars, from number `scalar` on.
     #[inline(always)]
     #[must_use]
     pub fn varying2(&self, scalar: usize) -> V2<L> {
         v2(self.varying(scalar), self.varying(scalar + 1))
     }
-    /// Three scalars from `scalar`.
+    /// Three scalars, from number `scalar` on.
     #[inline(always)]
     #[must_use]
     pub fn varying3(&self, scalar: usize) -> V3<L> {
         v3(self.varying(scalar), self.varying(scalar + 1), self.varying(scalar + 2))
     }
-    /// A flat scalar: the provoking vertex's, the same for all lanes.
+    /// A scalar of the provoking vertex (flat interpolation), the same for all lanes.
     #[inline(always)]
     #[must_use]
     pub fn flat(&self, scalar: usize) -> f32 {
         self.flat_varyings()[scalar]
     }
-    /// The provoking vertex's scalars.
+    /// All scalars of the provoking vertex.
     #[inline(always)]
     #[must_use]
     pub fn flat_varyings(&self) -> &'a [f32] {
@@ -162,7 +163,7 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
         let start = self.own.attributes.varyings[0] as usize;
         &self.varyings[start..start + self.interpolation.len()]
     }
-    /// Place in a point sprite, 0..1 right and down from its top left corner.
+    /// Position in a point sprite: 0..1 to the right and down from its top left corner.
     #[inline(always)]
     #[must_use]
     pub fn point_coord(&self) -> V2<L> {
@@ -186,7 +187,7 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
         self.varying_at(scalar, x, top + 1.0) - self.varying_at(scalar, x, top)
     }
 
-    /// One channel of the texel at the fragment's own pixel, level 0, layer 0. The texture covers the target.
+    /// One channel of the texel at the fragment's own pixel, level 0, layer 0. The texture must be at least as large as the target.
     #[inline(always)]
     #[must_use]
     pub fn texel_here(&self, texture: &TextureView<'_>, channel: usize) -> L {
@@ -199,7 +200,7 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
         }
     }
 
-    /// The first three channels of the texel at the fragment's own pixel.
+    /// The first three channels of the texel at the fragment's own pixel; see [`Self::texel_here`].
     #[inline(always)]
     #[must_use]
     pub fn texel3_here(&self, texture: &TextureView<'_>) -> V3<L> {
@@ -211,7 +212,7 @@ impl<'a, L: Lanes> FragmentInput<'a, L> {
         v3(L::load(self.token, channels), L::load(self.token, &channels[TILE_PIXELS..]), L::load(self.token, &channels[2 * TILE_PIXELS..]))
     }
 
-    /// A varying's scalar of the fragment's own primitive at any pixel coordinates (integers, not centres).
+    /// A varying's scalar of the fragment's own primitive at other pixel coordinates (integers, not centres).
     #[inline(always)]
     pub(crate) fn varying_at(&self, scalar: usize, x: L, y: L) -> L {
         let mode = self.interpolation[scalar];
@@ -237,29 +238,30 @@ fn weights<L: Lanes>(a: &PrimitiveAttributes, x: L, y: L) -> (V2<L>, V2<L>, L) {
     (linear, v2(w1 * scale, w2 * scale), inv_w)
 }
 
-/// What a fragment shader returns for one call.
+/// The output of a fragment shader for one call.
 pub struct FragmentOutput<L: Lanes> {
-    /// Colour per target. Targets the shader does not write keep the last value: write all that the program declares.
+    /// Colour per target. A target that the shader does not write keeps the value of an earlier call, so a shader must write all targets that the
+    /// program declares.
     pub color: [V4<L>; MAX_COLOR_TARGETS],
     /// `@builtin(frag_depth)`, used if the program declares it.
     pub depth: L,
-    /// Lanes that are kept, used if the program may discard. True on entry.
+    /// Lanes that are kept; used only if the program may discard. All true on entry.
     pub keep: L::Mask,
 }
 
-/// A fragment shader, written once for every width. Mark the method `#[inline(always)]`, see [`VertexShader`].
+/// A fragment shader, generic over the number of lanes. Mark the method `#[inline(always)]`, see [`VertexShader`].
 pub trait FragmentShader: Send + Sync {
-    /// The output is the same for all fragments of a primitive (it reads only flat varyings, facing and bindings):
-    /// the pipeline may then call it once per primitive, or without varyings once per draw and facing, where `primitive_id` is 0.
+    /// Whether the output is the same for all fragments of a primitive: the shader reads only flat varyings, facing and bindings. The pipeline may
+    /// then call it once per primitive, or, without varyings, once per draw and facing with `primitive_id` 0.
     const PER_PRIMITIVE: bool = false;
-    /// The output depends on nothing that a primitive has as a whole, but its facing: neither on flat varyings nor on `primitive_id`. The pipeline
-    /// may then shade a block once for all primitives that share it, which makes small triangles cheap.
+    /// Whether the output depends on nothing that belongs to the primitive as a whole except its facing: neither flat varyings nor `primitive_id`.
+    /// The pipeline may then shade a block once for all primitives that share it, which makes small triangles cheaper.
     const MERGES_FRAGMENTS: bool = false;
     /// Shades the fragments of one call.
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>);
 }
 
-/// What the primitives of a batch are interpolated from.
+/// Data that interpolate the varyings of a batch's primitives.
 #[derive(Clone, Copy)]
 pub struct ShadeSource<'a> {
     pub(crate) primitives: &'a [PrimitiveAttributes],

@@ -1,4 +1,4 @@
-//! Geometry shaders: 0..N primitives out per primitive in. One sees a primitive at a time and is scalar.
+//! Geometry shaders: 0..N primitives out per primitive in. They are scalar and see one primitive at a time.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::api::shader::clip_vertices::ClipVertices;
 use crate::api::shader::varying::Varying;
 use crate::api::state::GeometryTopology;
 
-/// A vertex of an assembled primitive.
+/// A vertex of a primitive that enters the geometry stage.
 #[derive(Clone, Copy, Debug)]
 pub struct StageVertex<'a> {
     /// Clip-space position.
@@ -18,7 +18,7 @@ pub struct StageVertex<'a> {
     pub varyings: &'a [f32],
 }
 
-/// A primitive as the geometry stage gets it.
+/// The input of a geometry shader: one primitive.
 pub struct GeometryInput<'a> {
     /// One, two or three vertices.
     pub vertices: &'a [StageVertex<'a>],
@@ -28,7 +28,7 @@ pub struct GeometryInput<'a> {
     pub instance_index: u32,
 }
 
-/// Collects what a geometry shader emits.
+/// Collects the vertices that a geometry shader emits.
 pub struct GeometryOutput<'a> {
     pub(crate) vertices: &'a mut ClipVertices,
     pub(crate) varyings: &'a mut Vec<f32>,
@@ -40,8 +40,8 @@ pub struct GeometryOutput<'a> {
 }
 
 impl GeometryOutput<'_> {
-    /// Adds a vertex to the current strip. `varyings` has the geometry stage's scalars. Beyond the declared
-    /// maximum of vertices, emits are ignored, as in every API.
+    /// Adds a vertex to the current strip. `varyings` are the scalars of [`Program::varyings`]. Vertices beyond `max_vertices` are ignored, as in
+    /// every API.
     #[inline]
     pub fn emit(&mut self, position: [f32; 4], point_size: f32, varyings: &[f32]) {
         if self.budget == 0 {
@@ -62,7 +62,7 @@ impl GeometryOutput<'_> {
 
 /// A geometry shader: 0..N primitives out per primitive in.
 pub trait GeometryShader: Send + Sync {
-    /// Handles one primitive.
+    /// Shades one primitive and emits its vertices to `output`.
     fn geometry(&self, bindings: &Bindings<'_>, input: &GeometryInput<'_>, output: &mut GeometryOutput<'_>);
 }
 
@@ -71,10 +71,10 @@ pub trait GeometryShader: Send + Sync {
 pub struct Geometry {
     /// The shader.
     pub shader: Arc<dyn GeometryShader>,
-    /// What it emits.
+    /// Kind of the primitives it emits.
     pub output: GeometryTopology,
-    /// Most vertices it emits per primitive.
+    /// Most vertices that it emits per input primitive.
     pub max_vertices: usize,
-    /// The varyings that leave the vertex stage; [`Program::varyings`] are the ones that leave the geometry stage.
+    /// Varyings from the vertex stage to the geometry stage; [`Program::varyings`] go on from the geometry stage.
     pub input_varyings: Vec<Varying>,
 }

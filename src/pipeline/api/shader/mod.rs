@@ -1,8 +1,8 @@
-//! The programmable stages: what a shader is given and what it returns, and how sixteen lanes of it are run.
+//! The programmable stages: the inputs and outputs of shaders, and the loops that run them over batches.
 //!
-//! Write a stage once, generic over [`Lanes`](nephroid_math::lanes::Lanes), as [`VertexShader`] or [`FragmentShader`]; it becomes a
-//! [`VertexStage`] or [`FragmentStage`], which the pipeline calls once per batch through a trait object. Inside a batch everything is
-//! monomorphic. A geometry shader sees one primitive at a time and is scalar.
+//! Write a stage once, generic over [`Lanes`](nephroid_math::lanes::Lanes), as [`VertexShader`] or [`FragmentShader`]. It becomes a [`VertexStage`]
+//! or [`FragmentStage`], which the pipeline calls once per batch through a trait object; inside a batch all code is monomorphic. A geometry shader is
+//! scalar and sees one primitive at a time.
 
 pub(crate) mod clip_vertices;
 pub(crate) mod fragment;

@@ -1,4 +1,4 @@
-//! Programs: the shaders of a pipeline and what passes between them.
+//! Programs: the shaders of a pipeline, their varyings and bindings.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::api::shader::geometry::Geometry;
 use crate::api::shader::stages::{FragmentStage, VertexStage};
 use crate::api::shader::varying::Varying;
 
-/// The shaders of a pipeline and what passes between them.
+/// The shaders of a pipeline, their varyings and bindings.
 #[derive(Clone)]
 pub struct Program {
     /// Name in errors and captures, and stem of the WGSL twin.
@@ -16,20 +16,20 @@ pub struct Program {
     pub vertex: Arc<dyn VertexStage>,
     /// Geometry stage, if any.
     pub geometry: Option<Geometry>,
-    /// Fragment stage; without it only depth, stencil and counters change.
+    /// Fragment stage. Without one, a draw changes only depth, stencil and counters.
     pub fragment: Option<Arc<dyn FragmentStage>>,
-    /// What reaches the fragment stage.
+    /// Varyings of the last stage before rasterization, which the fragment stage reads.
     pub varyings: Vec<Varying>,
-    /// What the stages read, by binding number.
+    /// Resources that the stages read, by binding number.
     pub bindings: Vec<BindingKind>,
     /// Whether the fragment stage may discard.
     pub may_discard: bool,
     /// Whether the fragment stage writes `frag_depth`.
     pub writes_depth: bool,
-    /// The same program in WGSL, with the entry points `vs` and `fs`. Where there is a geometry stage there is no `vs`: its primitives are
-    /// given to `fs` as they are streamed out.
+    /// The same program in WGSL, with entry points `vs` and `fs`. A program with a geometry stage has no `vs`: a driver gets the streamed-out
+    /// primitives and runs `fs` on them.
     pub wgsl: Option<&'static str>,
-    /// The twin's pipeline-overridable constants: what the Rust shaders hold as fields.
+    /// The pipeline-overridable constants of the WGSL program, by name: the values that the Rust shaders hold as fields.
     pub wgsl_constants: Vec<(&'static str, f64)>,
 }
 

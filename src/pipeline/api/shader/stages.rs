@@ -1,6 +1,6 @@
-//! How shaders are run: a batch of vertices or of 4x4 blocks per call, sixteen lanes or one at a time.
+//! Execution of shaders: a batch of vertices or of 4x4 blocks per call, with sixteen lanes or one.
 //!
-//! The pipeline sees a stage through one virtual call per batch; inside it everything is monomorphic.
+//! The pipeline calls a stage once per batch through a trait object; inside a batch all code is monomorphic.
 
 use fearless_simd::{Level, Simd, SimdMask, f32x16, mask32x16};
 use fearless_simd_macros::simd;
@@ -15,7 +15,7 @@ use crate::api::shader::fragment::{FragmentInput, FragmentOutput, FragmentShader
 use crate::api::shader::vertex::{VertexInput, VertexOutput, VertexShader};
 use crate::api::state::{MAX_COLOR_TARGETS, MAX_VARYINGS};
 
-/// How wide shaders run. Both give the same bits.
+/// Lanes per shader call. Both widths give the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ShaderWidth {
     /// One lane at a time: the definition.
@@ -25,16 +25,16 @@ pub enum ShaderWidth {
     Sixteen,
 }
 
-/// How to run a batch.
+/// How a batch is run.
 #[derive(Clone, Copy, Debug)]
 pub struct Execution {
     /// SIMD level.
     pub level: Level,
-    /// Lanes per call.
+    /// Lanes per shader call.
     pub width: ShaderWidth,
 }
 
-/// Vertices to shade, sixteen per group, and where the results go.
+/// Vertices to shade, sixteen per group, and the buffers for their results.
 pub struct VertexBatch<'a> {
     pub(crate) vertex_index: &'a [u32],
     pub(crate) instance_index: u32,
@@ -47,7 +47,7 @@ pub struct VertexBatch<'a> {
     pub(crate) varyings: &'a mut [f32],
 }
 
-/// A vertex stage as the pipeline calls it. Implemented for every [`VertexShader`].
+/// A vertex stage as the pipeline calls it. Every [`VertexShader`] implements it.
 pub trait VertexStage: Send + Sync {
     /// Shades a batch.
     fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut VertexBatch<'_>);
@@ -83,7 +83,7 @@ fn vertex_groups<L: Lanes, T: VertexShader>(token: L::Token, shader: &T, binding
         let lanes = L::LEN.min(count - first);
         let mut indices = [0; 16];
         indices[..lanes].copy_from_slice(&batch.vertex_index[first..first + lanes]);
-        // Idle lanes repeat the last vertex, so that they read nothing that is not there.
+        // Idle lanes repeat the last vertex, so that they read only what exists.
         let last = indices[lanes - 1];
         indices[lanes..].fill(last);
         for (location, attribute) in attributes.iter_mut().enumerate().take(batch.locations) {
@@ -121,17 +121,17 @@ fn vertex_groups<L: Lanes, T: VertexShader>(token: L::Token, shader: &T, binding
     }
 }
 
-/// Most primitives that one block is shaded for at once.
+/// Most primitives that may share a block which is shaded once.
 const MOST_MERGED: usize = 8;
 
-/// One 4x4 block that awaits shading.
+/// A 4x4 block that is to be shaded.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ShadeItem {
     /// Column of the block's first pixel.
     pub x: u32,
     /// Row of the block's first pixel.
     pub y: u32,
-    /// Which primitive of the chunk.
+    /// The primitive's index in the chunk's interpolation data.
     pub primitive: u32,
     /// Covered pixels, bit = lane.
     pub mask: u16,
@@ -147,7 +147,7 @@ impl ShadeItem {
         Self { x, y, primitive, mask, ..Self::default() }
     }
 
-    /// Takes other pixels of the same block in, if there is room.
+    /// Adds pixels of another primitive in the same block, if there is room.
     #[inline(always)]
     pub(crate) fn merge(&mut self, primitive: u32, mask: u16) -> bool {
         let fits = self.mask & mask == 0 && usize::from(self.merged) < MOST_MERGED - 1;
@@ -159,14 +159,14 @@ impl ShadeItem {
         fits
     }
 
-    /// Primitives beyond the first, each with its pixels.
+    /// The primitives beyond the first, each with its pixels.
     #[inline(always)]
     fn others(&self) -> &[(u16, u32)] {
         &self.others[..usize::from(self.merged)]
     }
 }
 
-/// Blocks to shade and where the results go.
+/// Blocks to shade, and the buffers for their results.
 pub struct ShadeBatch<'a> {
     pub(crate) source: ShadeSource<'a>,
     pub(crate) items: &'a [ShadeItem],
@@ -177,20 +177,20 @@ pub struct ShadeBatch<'a> {
     pub(crate) targets: usize,
     /// Kept pixels per item, from the shader's discards.
     pub(crate) keep: &'a mut [u16],
-    /// Whether the shader's discards count.
+    /// Whether the program may discard; if not, `keep` is ignored.
     pub(crate) may_discard: bool,
     pub(crate) writes_depth: bool,
 }
 
-/// A fragment stage as the pipeline calls it. Implemented for every [`FragmentShader`].
+/// A fragment stage as the pipeline calls it. Every [`FragmentShader`] implements it.
 pub trait FragmentStage: Send + Sync {
-    /// Whether the output is the same for all fragments of a primitive.
+    /// Value of [`FragmentShader::PER_PRIMITIVE`].
     fn per_primitive(&self) -> bool;
-    /// Whether blocks are shaded once for all primitives that share them.
+    /// Value of [`FragmentShader::MERGES_FRAGMENTS`].
     fn merges_fragments(&self) -> bool;
     /// Shades a batch.
     fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>);
-    /// The colours of a primitive, if [`Self::per_primitive`].
+    /// The colours of a primitive, one per target; valid if [`Self::per_primitive`].
     fn primitive_color(&self, bindings: &Bindings<'_>, source: &ShadeSource<'_>, primitive: u32) -> [[f32; 4]; MAX_COLOR_TARGETS];
 }
 
@@ -243,7 +243,7 @@ fn fragment_blocks<S: Simd, T: FragmentShader>(simd: S, shader: &T, bindings: &B
         shader.fragment(bindings, &input, &mut output);
         batch.keep[i] = if batch.may_discard { output.keep.bits() as u16 } else { u16::MAX };
         if batch.keep[i] & item.mask == 0 {
-            continue; // Nobody reads what a discarded block would have written.
+            continue; // The colours of a discarded block are never read.
         }
         for (target, color) in output.color.iter().enumerate().take(batch.targets) {
             let out = &mut batch.colors[(i * batch.targets + target) * 64..][..64];

@@ -1,13 +1,13 @@
-//! Varyings: the numbers that go from one programmable stage to the next.
+//! Varyings: the scalars that one programmable stage passes to the next.
 
-/// How a varying goes from vertices to fragments. WGSL: `@interpolate`.
+/// How a varying is interpolated over a primitive. WGSL: `@interpolate`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
     /// Linear in the world: `Σ bᵢfᵢ/wᵢ / Σ bᵢ/wᵢ`.
     Perspective,
     /// Linear on the screen: `Σ bᵢfᵢ`.
     Linear,
-    /// The first vertex's.
+    /// Not interpolated: the value of the provoking vertex, which is the first.
     Flat,
 }
 
@@ -40,7 +40,7 @@ impl Varying {
     }
 }
 
-/// The scalars of some varyings, each with its interpolation.
+/// The interpolation of each scalar of some varyings, in order.
 #[must_use]
 pub fn flatten_varyings(varyings: &[Varying]) -> Vec<Interpolation> {
     varyings.iter().flat_map(|v| std::iter::repeat_n(v.interpolation, v.components)).collect()

@@ -1,4 +1,4 @@
-//! Vertex shaders: what one is given and what it returns.
+//! Vertex shaders: their inputs and outputs.
 
 use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::{V3, V4, v4};
@@ -6,9 +6,9 @@ use nephroid_math::vector::{V3, V4, v4};
 use crate::api::bindings::Bindings;
 use crate::api::state::MAX_VARYINGS;
 
-/// What the vertices of one call are.
+/// The vertices of one call.
 pub struct VertexInput<'a, L: Lanes> {
-    /// Makes lanes from nothing.
+    /// Needed to make lanes from constants.
     pub token: L::Token,
     /// `@builtin(vertex_index)` of each lane, base vertex added.
     pub vertex_index: &'a [u32],
@@ -19,18 +19,18 @@ pub struct VertexInput<'a, L: Lanes> {
 }
 
 impl<L: Lanes> VertexInput<'_, L> {
-    /// An attribute.
+    /// The attribute at a shader location.
     #[inline(always)]
     #[must_use]
     pub fn attribute(&self, location: usize) -> V4<L> {
         self.attributes[location]
     }
-    /// One number per lane, from the lane's vertex index.
+    /// Reads one number per lane, chosen by the lane's vertex index.
     #[inline(always)]
     pub fn per_vertex(&self, mut f: impl FnMut(u32) -> f32) -> L {
         L::from_fn(self.token, |i| f(self.vertex_index[i]))
     }
-    /// Four numbers per lane, from the lane's vertex index.
+    /// Reads four numbers per lane, chosen by the lane's vertex index.
     #[inline(always)]
     pub fn per_vertex4(&self, mut f: impl FnMut(u32) -> [f32; 4]) -> V4<L> {
         let mut lanes = [[0.0; 16]; 4];
@@ -46,7 +46,7 @@ impl<L: Lanes> VertexInput<'_, L> {
     }
 }
 
-/// What a vertex shader returns for the vertices of one call.
+/// The output of a vertex shader for the vertices of one call.
 pub struct VertexOutput<L: Lanes> {
     /// `@builtin(position)`: clip space, before the divide.
     pub position: V4<L>,
@@ -57,7 +57,7 @@ pub struct VertexOutput<L: Lanes> {
 }
 
 impl<L: Lanes> VertexOutput<L> {
-    /// Writes three scalars from `at`.
+    /// Writes three scalars, from number `at` on.
     #[inline(always)]
     pub fn set3(&mut self, at: usize, v: V3<L>) {
         self.varyings[at] = v.x;
@@ -66,10 +66,10 @@ impl<L: Lanes> VertexOutput<L> {
     }
 }
 
-/// A vertex shader, written once for every width.
+/// A vertex shader, generic over the number of lanes.
 ///
-/// Mark the method `#[inline(always)]`, and the generic functions it calls: code that is not inlined into the batch loop is compiled without
-/// the level's instructions, and each operation becomes a call. The result is the same, only slower.
+/// Mark the method `#[inline(always)]`, and the generic functions it calls. Code that is not inlined into the batch loop is compiled without the
+/// level's instructions: each operation becomes a call. The result is the same, only slower.
 pub trait VertexShader: Send + Sync {
     /// Shades the vertices of one call.
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>);

@@ -1,4 +1,4 @@
-//! A program for those who test what comes before and after shaders: vertices bring clip positions and colours.
+//! A program for tests of the other stages: each vertex has a clip position and a colour.
 
 use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::v4;
@@ -31,8 +31,8 @@ impl FragmentShader for VertexColor {
 }
 
 impl Program {
-    /// Attribute 0 is the position in clip space, attribute 1 the colour, which is interpolated in perspective and written to target 0.
-    /// Attributes of fewer than four components are filled up with 0, 0, 0, 1.
+    /// Attribute 0 is the position in clip space. Attribute 1 is the colour, which is interpolated in perspective and written to target 0. Attributes
+    /// of fewer than four components are completed with 0, 0, 0, 1.
     #[must_use]
     pub fn vertex_color() -> Self {
         Self { varyings: vec![Varying::perspective("color", 4)], ..Self::new("vertex_color", VertexColor, VertexColor) }
