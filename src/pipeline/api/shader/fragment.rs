@@ -249,7 +249,7 @@ pub struct FragmentOutput<L: Lanes> {
     pub keep: L::Mask,
 }
 
-/// A fragment shader, generic over the number of lanes. Mark the method `#[inline(always)]`, see [`VertexShader`].
+/// A fragment shader, generic over the number of lanes. Mark the method `#[inline(always)]`, see [`VertexShader`](crate::shader::VertexShader).
 pub trait FragmentShader: Send + Sync {
     /// Whether the output is the same for all fragments of a primitive: the shader reads only flat varyings, facing and bindings. The pipeline may
     /// then call it once per primitive, or, without varyings, once per draw and facing with `primitive_id` 0.

@@ -40,7 +40,7 @@ pub struct GeometryOutput<'a> {
 }
 
 impl GeometryOutput<'_> {
-    /// Adds a vertex to the current strip. `varyings` are the scalars of [`Program::varyings`]. Vertices beyond `max_vertices` are ignored, as in
+    /// Adds a vertex to the current strip. `varyings` are the scalars of [`Program::varyings`](crate::shader::Program::varyings). Vertices beyond `max_vertices` are ignored, as in
     /// every API.
     #[inline]
     pub fn emit(&mut self, position: [f32; 4], point_size: f32, varyings: &[f32]) {
@@ -75,6 +75,6 @@ pub struct Geometry {
     pub output: GeometryTopology,
     /// Most vertices that it emits per input primitive.
     pub max_vertices: usize,
-    /// Varyings from the vertex stage to the geometry stage; [`Program::varyings`] go on from the geometry stage.
+    /// Varyings from the vertex stage to the geometry stage; [`Program::varyings`](crate::shader::Program::varyings) go on from the geometry stage.
     pub input_varyings: Vec<Varying>,
 }
