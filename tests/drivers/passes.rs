@@ -67,7 +67,8 @@ fn a_fault_in_any_pass_is_found_in_that_pass() {
         for (pass, plant) in &plants {
             let mut bad = good.clone();
             plant(&mut bad);
-            let report = compare(&gpu, &good, &bad, Mode::Resynchronised);
+            // In the resynchronised mode the driver draws the vertices of the good frame.
+            let report = compare(&gpu, &good, &bad, Mode::FreeRunning);
             let wrong = report.attachments.iter().find(|a| !a.within).map(|a| a.pass.as_str());
             assert_eq!(wrong, Some(*pass), "{}", gpu.adapter().title());
         }
