@@ -158,7 +158,7 @@ pub(crate) const BEHIND: u8 = 3;
 pub(crate) enum FastPath {
     /// No fast path: the general one.
     General,
-    /// Adds a colour to one f32 target and writes no depth. `one_color`: all primitives of a draw with the same facing have the same colour.
+    /// Adds a colour to one f32 target. `one_color`: all primitives of a draw with the same facing have the same colour.
     Add { channels: u8, depth: u8, strict: bool, one_color: bool },
     /// Changes the stencil only; depth is tested but not written.
     Stencil { depth: u8, strict: bool },
@@ -186,7 +186,7 @@ impl FastPath {
             };
         }
         match targets {
-            [Some(target)] if !plan.stencil && matches!(depth, IGNORE | TEST) && fragment.per_primitive && target.additive_f32 => {
+            [Some(target)] if !plan.stencil && depth != BEHIND && fragment.per_primitive && target.additive_f32 => {
                 let one_color = !has_varyings && !fragment.attributes;
                 Self::Add { channels: target.channels as u8, depth, strict, one_color }
             }

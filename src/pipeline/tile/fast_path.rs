@@ -75,11 +75,14 @@ pub(crate) fn run<S: Simd>(
             let colors = Some(colors);
             passed = match (channels, depth) {
                 (1, IGNORE) => add::<S, 1, IGNORE>(simd, primitives, (draw, state), coarse, origin, colors, planes, z, strict),
-                (1, _) => add::<S, 1, TEST>(simd, primitives, (draw, state), coarse, origin, colors, planes, z, strict),
+                (1, TEST) => add::<S, 1, TEST>(simd, primitives, (draw, state), coarse, origin, colors, planes, z, strict),
+                (1, _) => add::<S, 1, WRITE>(simd, primitives, (draw, state), coarse, origin, colors, planes, z, strict),
                 (2, IGNORE) => add::<S, 2, IGNORE>(simd, primitives, (draw, state), coarse, origin, colors, planes, z, strict),
-                (2, _) => add::<S, 2, TEST>(simd, primitives, (draw, state), coarse, origin, colors, planes, z, strict),
+                (2, TEST) => add::<S, 2, TEST>(simd, primitives, (draw, state), coarse, origin, colors, planes, z, strict),
+                (2, _) => add::<S, 2, WRITE>(simd, primitives, (draw, state), coarse, origin, colors, planes, z, strict),
                 (_, IGNORE) => add::<S, 4, IGNORE>(simd, primitives, (draw, state), coarse, origin, colors, planes, z, strict),
-                (_, _) => add::<S, 4, TEST>(simd, primitives, (draw, state), coarse, origin, colors, planes, z, strict),
+                (_, TEST) => add::<S, 4, TEST>(simd, primitives, (draw, state), coarse, origin, colors, planes, z, strict),
+                (_, _) => add::<S, 4, WRITE>(simd, primitives, (draw, state), coarse, origin, colors, planes, z, strict),
             };
             counters.fragments_shaded += passed;
         }
