@@ -59,6 +59,10 @@ pub struct DeviceError {
     pub why: String,
 }
 
+/// Stack of a worker thread. In a build without optimization (`opt-level = 0`), every vector of lanes has its own place on the stack and the tile
+/// workers overflow the usual 2 MiB, and 4; 8 are enough. Only the pages that are touched are memory.
+const STACK_BYTES: usize = 32 << 20;
+
 impl Device {
     /// Starts the worker threads.
     ///
@@ -68,6 +72,7 @@ impl Device {
         let threads = options.threads.unwrap_or(0);
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
+            .stack_size(STACK_BYTES)
             .build()
             .map_err(|error| DeviceError { threads, why: error.to_string() })?;
         let level = options.level.unwrap_or_else(Level::new);
