@@ -2,16 +2,18 @@
 //!
 //! A *frame* is data: named resources and an ordered list of passes. Executors run frames; the CPU executor
 //! runs them on [`pipeline`], which reproduces the stages of a GPU exactly and gives the same bytes for the same
-//! input on any number of threads and at any SIMD level. Layers, lowest first (a module uses only lower ones):
+//! input on any number of threads and at any SIMD level.
 //!
-//! - L0 [`math`]
-//! - L1 [`image`], [`geom`]
-//! - L2 [`pipeline`], [`metrics`]
-//! - L3 [`frame`], [`scene`]
-//! - L4 [`passes`], [`trace`]
-//! - L5 [`caustics`]
-//! - L6 [`report`], and `gpu` with the feature `wgpu`
-//! - L7 [`cli`]
+//! The modules, each built only on modules above it:
+//!
+//! - [`math`]: lanes, vectors, elementary functions with the same bits everywhere
+//! - [`pipeline`], with [`frame`]: the software GPU
+//! - [`image`], with [`metrics`] and [`report`]: layers of floats, files, errors between pictures
+//! - [`scene`], with [`geom`]: scene files, meshes, water
+//! - [`trace`]: the ground truth
+//! - [`caustics`], with [`passes`]: the techniques
+//! - `gpu`, with the feature `wgpu`: frames on Vulkan drivers and the cross-check
+//! - [`cli`]: the program
 
 #[cfg(not(target_family = "wasm"))]
 pub mod cli;

@@ -1,5 +1,5 @@
 //! `caustic-volumes` against analytic truth: flat water (T1), energy (T3), the focus of a sine wave (T4), matched indices (T15), and the
-//! factor between the two radiometries. Numbers T1 and so on are those of `docs/techniques/caustic-volumes.md`.
+//! factor between the two radiometries. Numbers T1 and so on are those of `docs/analytic.md`.
 
 use glam::Vec3;
 use nephroid::caustics::caustic_volumes::{CausticVolumes, Faces};
