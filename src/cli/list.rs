@@ -106,7 +106,10 @@ fn collect(folder: &Path, depth: usize, paths: &mut Vec<PathBuf>) -> anyhow::Res
                 collect(&path, depth - 1, paths)?;
             }
         } else if path.extension().is_some_and(|extension| extension == "ron") {
-            paths.push(path);
+            // To open a pipe would wait for a writer.
+            if fs::metadata(&path).with_context(|| format!("cannot read {}", path.display()))?.is_file() {
+                paths.push(path);
+            }
         }
     }
     Ok(())
@@ -134,6 +137,8 @@ mod tests {
         fs::write(path("pool.ron"), "\n//! A pool at noon.\n// More.\n()").unwrap();
         fs::write(path("analytic/flat.ron"), "(camera: ())").unwrap();
         fs::write(path("notes.txt"), "// no scene").unwrap();
+        #[cfg(unix)]
+        let _socket = std::os::unix::net::UnixListener::bind(path("socket.ron")).unwrap();
         let lines = scenes(folder.path()).unwrap();
         let found: Vec<_> = lines.iter().map(|line| (Path::new(&line.path), line.summary.as_str())).collect();
         assert_eq!(found, [(&*path("analytic/flat.ron"), ""), (&*path("pool.ron"), "A pool at noon.")]);

@@ -165,6 +165,7 @@ fn pictures_that_do_not_match_are_refused() {
     for (arguments, part) in [
         (["compare", "a.exr", "b.exr", "--layer", "position"], "both must have the same size"),
         (["compare", "a.exr", "a.png", "--layer", "color"], "a.png is a PNG, which holds display values"),
+        (["compare", "a.png", "a.png", "--layer", "color"], "--layer is for two EXR files"),
         (["compare", "a.exr", "a.exr", "--layer", "shine"], "has no layer `shine`; it has: caustic_irradiance"),
     ] {
         let (code, _, stderr) = told(folder.path(), &arguments);

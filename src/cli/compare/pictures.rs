@@ -40,6 +40,7 @@ pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Resu
         test.kind
     );
     let display = reference.kind == Kind::Display;
+    ensure!(!display || request.layer.is_none(), "--layer is for two EXR files; a PNG holds one picture, which has no name");
     let (reference, test) = (reference.layers, test.layers);
     let name = if display { png::DECODED_NAME.to_owned() } else { layer_name(request, &reference, &test)? };
     let find = |set: &LayerSet, path: &Path| set.get(&name).cloned().with_context(|| missing(&name, set, path));
