@@ -34,7 +34,7 @@ pub(crate) fn stencil_operation16<S: Simd>(simd: S, operation: StencilOperation,
     }
 }
 
-/// [`compare`] of bytes, lane by lane.
+/// [`compare`](crate::api::compare::compare) of bytes, lane by lane.
 #[inline(always)]
 fn compare_bytes<S: Simd, V: SimdInt<S, Element = u8>>(simd: S, function: CompareFunction, a: V, b: V) -> V::Mask {
     match function {

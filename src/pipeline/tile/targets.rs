@@ -29,7 +29,7 @@ pub(crate) struct TileContext<'a> {
     pub draws: &'a [Draw<'a>],
     /// State of each draw.
     pub states: &'a [DrawState<'a>],
-    /// Whether depth is tested as a 32-bit float and no draw writes it, so that [`CoarseDepth`] stays valid.
+    /// Whether depth is tested as a 32-bit float and no draw writes it, so that [`CoarseDepth`](crate::tile::coarse_depth::CoarseDepth) stays valid.
     pub depth_stays: bool,
     pub execution: Execution,
 }
