@@ -148,23 +148,23 @@ pub fn perlin3_gradient(x: f32, y: f32, z: f32, seed: u32) -> (f32, [f32; 3]) {
     let (ix, fx) = split(x);
     let (iy, fy) = split(y);
     let (iz, fz) = split(z);
-    let mut g = [[0.0_f32; 3]; 8];
-    let mut ramp = [0.0_f32; 8];
-    for (corner, (g, ramp)) in g.iter_mut().zip(&mut ramp).enumerate() {
+    // Components of the corners' directions, an array for each axis.
+    let (mut gx, mut gy, mut gz, mut ramp) = ([0.0_f32; 8], [0.0_f32; 8], [0.0_f32; 8], [0.0_f32; 8]);
+    for corner in 0..8 {
         let (cx, cy, cz) = (corner & 1, (corner >> 1) & 1, corner >> 2);
-        *g = direction3(seed, ix.wrapping_add(cx as i32), iy.wrapping_add(cy as i32), iz.wrapping_add(cz as i32));
-        *ramp = g[0] * (fx - cx as f32) + g[1] * (fy - cy as f32) + g[2] * (fz - cz as f32);
+        let direction = direction3(seed, ix.wrapping_add(cx as i32), iy.wrapping_add(cy as i32), iz.wrapping_add(cz as i32));
+        [gx[corner], gy[corner], gz[corner]] = direction;
+        ramp[corner] = direction[0] * (fx - cx as f32) + direction[1] * (fy - cy as f32) + direction[2] * (fz - cz as f32);
     }
     let (u, du) = fade(fx);
     let (v, dv) = fade(fy);
     let (w, dw) = fade(fz);
 
     let k = trilinear_coefficients(ramp);
-    let axis = |i: usize| trilinear(g.map(|g| g[i]), u, v, w);
     let gradient = [
-        axis(0) + du * (k[1] + v * k[4] + w * k[6] + v * w * k[7]),
-        axis(1) + dv * (k[2] + u * k[4] + w * k[5] + w * u * k[7]),
-        axis(2) + dw * (k[3] + v * k[5] + u * k[6] + u * v * k[7]),
+        trilinear(gx, u, v, w) + du * (k[1] + v * k[4] + w * k[6] + v * w * k[7]),
+        trilinear(gy, u, v, w) + dv * (k[2] + u * k[4] + w * k[5] + w * u * k[7]),
+        trilinear(gz, u, v, w) + dw * (k[3] + v * k[5] + u * k[6] + u * v * k[7]),
     ];
     (trilinear(ramp, u, v, w), gradient)
 }

@@ -124,7 +124,7 @@ fn shadows_are_where_photons_leave_them() {
     let mut scene = scene("jetty.ron", (192, 144));
     scene.techniques.edit::<LightVolumes>().samples = 3;
     let (drawn, points) = render(&scene);
-    let truth = traced(&scene, points, 3_000_000);
+    let truth = traced(&scene, points, sized(3_000_000, 1_500_000));
     let lit = pairs(&drawn, &truth).map(|pair| pair.1).sum::<f64>() / truth.iter().flatten().count() as f64;
     let agreement = |drawn: &[f64]| {
         let dark = |value: f64| value < 0.1 * lit;
@@ -170,14 +170,14 @@ fn errors_fall_with_the_mesh_on_every_scene_with_water() {
     let size = (128, 96);
     for name in ["pool.ron", "columns.ron", "pots.ron", "bath.ron", "jetty.ron", "courtyard.ron", "lido.ron"] {
         let mut scene = with_coarse_parts(scene(name, size));
-        scene.techniques.edit::<LightVolumes>().samples = 4;
+        scene.techniques.edit::<LightVolumes>().samples = sized(4, 3);
         let mut errors = Vec::new();
         let mut truth = None;
         let mut renderer = renderer(&scene);
         for mesh in [33, 65, 129] {
             scene.techniques.edit::<LightVolumes>().grid = Some((mesh, mesh));
             let (drawn, points) = picture(&mut renderer, &scene);
-            let truth = truth.get_or_insert_with(|| traced(&scene, points, sized(4_000_000, 2_000_000)));
+            let truth = truth.get_or_insert_with(|| traced(&scene, points, sized(4_000_000, 1_000_000)));
             let (drawn, truth) = blocks(&drawn, truth, size);
             errors.push(relative_error(&drawn, &truth));
         }

@@ -8,6 +8,9 @@ use crate::api::state::LoadOp;
 use crate::api::surface::TILE_PIXELS;
 use crate::tile::targets::TileTargets;
 
+/// Numbers in a page of memory.
+const PAGE: usize = 4096 / size_of::<f32>();
+
 /// Values of attachments before the first draw.
 pub(crate) struct Clears {
     color: Vec<Option<[f32; 4]>>,
@@ -40,12 +43,17 @@ impl Clears {
         Self { color: color.collect(), depth, stencil }
     }
 
-    /// Clears a tile, except the colour targets in `replaced` (bit = target).
+    /// Clears a tile, except the colour targets in `replaced` (bit = target), whose every texel is drawn before it is needed.
     pub fn apply(&self, targets: &mut TileTargets<'_>, replaced: u8) {
         for (slot, (planes, color)) in targets.color.iter_mut().zip(&self.color).enumerate() {
-            if let (Some(planes), Some(color), 0) = (planes, color, replaced >> slot & 1) {
-                for (plane, value) in planes.chunks_exact_mut(TILE_PIXELS).zip(color) {
+            let (Some(planes), Some(color)) = (planes, color) else { continue };
+            for (plane, value) in planes.chunks_exact_mut(TILE_PIXELS).zip(color) {
+                if replaced >> slot & 1 == 0 {
                     plane.fill(*value);
+                } else {
+                    // New memory is one page of zeros, shared until it is written to. A draw reads before it writes, and the system would map each
+                    // page twice, the second time with an interrupt of all other threads.
+                    plane.iter_mut().step_by(PAGE).for_each(|first| *first = *value);
                 }
             }
         }

@@ -9,14 +9,18 @@ use crate::support::{self, sized};
 
 /// Largest relative standard error at a place that is compared with a truth.
 pub fn noise() -> f64 {
-    sized(FINE, 0.01)
+    sized(0.005, 0.01)
 }
 
-/// What [`noise`] is at full size, and where one per cent would hide a wrong truth.
-pub const FINE: f64 = 0.005;
+/// [`noise`] where one per cent would hide a wrong truth.
+pub fn fine() -> f64 {
+    sized(0.005, 0.0075)
+}
 
 /// Batches that are made at least; how well the error itself is known from so few is part of the bound.
-const LEAST_BATCHES: u64 = 16;
+fn least_batches() -> u64 {
+    sized(16, 12)
+}
 
 /// Photons after which a test fails that is still too noisy.
 const MOST_PHOTONS: u64 = 1 << 26;
@@ -105,7 +109,7 @@ pub fn texel(plane: &MeasuringPlane, column: u32, row: u32) -> ([f64; 2], [f64; 
     ([x(column), x(column + 1)], [z(row + 1), z(row)])
 }
 
-/// Traces until each probe is as precise as [`noise`] asks, doubling the number of photons.
+/// Traces until each probe is as precise as [`noise`] asks.
 #[track_caller]
 pub fn measure(scene: &Scene, sensor: Sensor, probes: &[Probe]) -> Seen {
     measure_to(noise(), scene, sensor, probes)
@@ -117,10 +121,9 @@ pub fn measure_to(noise: f64, scene: &Scene, sensor: Sensor, probes: &[Probe]) -
     assert!(!probes.is_empty() && probes.iter().all(|p| p.truth.iter().all(|&t| t > 0.0)), "nothing to measure");
     let options = TraceOptions { seed: 1, camera: sensor == Sensor::Pixels, volume: sensor == Sensor::Volume, ..TraceOptions::default() };
     let mut tracer = Tracer::new(scene, &options).unwrap_or_else(|error| panic!("{error}"));
-    let mut more = LEAST_BATCHES * tracer.batch_photons();
+    let mut more = least_batches() * tracer.batch_photons();
     loop {
         tracer.run(more);
-        more = tracer.photons();
         let measured = match sensor {
             Sensor::Plane => tracer.plane(),
             Sensor::Pixels => tracer.pixels(),
@@ -135,6 +138,8 @@ pub fn measure_to(noise: f64, scene: &Scene, sensor: Sensor, probes: &[Probe]) -
         if noisiest <= noise {
             return Seen { comparisons, batches: tracer.batches() };
         }
+        // Noise falls as the root of the photons. The noise is an estimate itself: a tenth more, and never more than twice as many.
+        more = (tracer.photons() as f64 * (1.1 * (noisiest / noise) * (noisiest / noise) - 1.0).min(1.0)) as u64;
         assert!(
             tracer.photons() < MOST_PHOTONS,
             "{} photons leave a standard error of {:.2} % at the darkest place, more than {:.2} %",

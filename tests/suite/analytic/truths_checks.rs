@@ -8,7 +8,11 @@ use super::truths::{optics, ring, scatter, sphere, sphere::Rings, water};
 type V = [f64; 3];
 
 fn add(a: V, b: V, factor: f64) -> V {
-    std::array::from_fn(|i| a[i] + b[i] * factor)
+    [a[0] + b[0] * factor, a[1] + b[1] * factor, a[2] + b[2] * factor]
+}
+
+fn scale(a: V, factor: f64) -> V {
+    [a[0] * factor, a[1] * factor, a[2] * factor]
 }
 
 fn dot(a: V, b: V) -> f64 {
@@ -20,8 +24,7 @@ fn cross(a: V, b: V) -> V {
 }
 
 fn unit(a: V) -> V {
-    let length = dot(a, a).sqrt();
-    a.map(|c| c / length)
+    scale(a, 1.0 / dot(a, a).sqrt())
 }
 
 fn mirror(d: V, n: V) -> V {
@@ -31,7 +34,7 @@ fn mirror(d: V, n: V) -> V {
 /// The refracted direction and the share that passes, in the vector form of Snell's law and with the amplitudes of Fresnel; the normal may
 /// point either way.
 fn pass(d: V, n: V, n1: f64, n2: f64) -> Option<(V, f64)> {
-    let n = if dot(d, n) > 0.0 { n.map(|c| -c) } else { n };
+    let n = if dot(d, n) > 0.0 { scale(n, -1.0) } else { n };
     let eta = n1 / n2;
     let c = -dot(d, n);
     let k = 1.0 - eta * eta * (1.0 - c * c);
@@ -39,7 +42,7 @@ fn pass(d: V, n: V, n1: f64, n2: f64) -> Option<(V, f64)> {
         return None;
     }
     let ct = k.sqrt();
-    let through = add(d.map(|x| x * eta), n, eta * c - ct);
+    let through = add(scale(d, eta), n, eta * c - ct);
     let s = 2.0 * n1 * c / (n1 * c + n2 * ct);
     let p = 2.0 * n1 * c / (n2 * c + n1 * ct);
     Some((through, 0.5 * (n2 * ct) / (n1 * c) * (s * s + p * p)))
@@ -258,7 +261,7 @@ fn crossed_waves_gather_light_as_a_bundle_of_rays_does() {
     }
 }
 
-/// Follows the light of one ray through a ball of radius 1 at the origin, all of its parts above a share of 1e-9, to where each part crosses
+/// Follows the light of one ray through a ball of radius 1 at the origin, all of its parts above a share of 1e-7, to where each part crosses
 /// the level y below the ball going down.
 fn through_ball(x: f64, z: f64, ior: f64, y: f64, landed: &mut Vec<(V, f64)>) {
     let start = [x, (1.0 - x * x - z * z).sqrt(), z];
@@ -272,7 +275,7 @@ fn through_ball(x: f64, z: f64, ior: f64, y: f64, landed: &mut Vec<(V, f64)>) {
     leave(start, mirror(down, start), 1.0 - share);
     let (mut at, mut left) = (start, share);
     for _ in 0..40 {
-        if left < 1e-9 {
+        if left < 1e-7 {
             break;
         }
         at = add(at, along, -2.0 * dot(at, along));

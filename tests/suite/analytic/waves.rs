@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use glam::Vec3;
 use nephroid::scene::{MeasuringPlane, Scene};
 
-use super::traced::{FINE, Probe, Sensor, level_plane, measure, measure_to, probes, scene, set};
+use super::traced::{Probe, Sensor, fine, level_plane, measure, measure_to, probes, scene, set};
 use super::truths::optics;
 use super::truths::water::{Crossed, Sine};
 
@@ -40,7 +40,7 @@ fn sine_wave_has_the_whole_curve_before_at_and_behind_its_focus() {
         );
         let y = level_of(&plane);
         scene.trace.plane = Some(plane);
-        let seen = measure_to(FINE, &scene, Sensor::Plane, &probes(&plane, 0.0, |x, _| wave.mean(x[0], x[1], y)));
+        let seen = measure_to(fine(), &scene, Sensor::Plane, &probes(&plane, 0.0, |x, _| wave.mean(x[0], x[1], y)));
         seen.agrees();
         let wrong = Sine { ior: 1.36, ..wave };
         let truths = probes(&plane, 0.0, |x, _| wrong.mean(x[0], x[1], y));
@@ -63,7 +63,7 @@ fn sine_wave_is_brightest_under_its_crest_by_the_paraxial_law() {
         let truth = optics::transmittance(0.0, 1.333) / (1.0 - part);
         assert!((wave.mean(-0.003, 0.003, level_of(&plane)) / truth - 1.0).abs() < 0.01, "a narrow texel is a point");
         let truth = wave.mean(-0.003, 0.003, level_of(&plane));
-        let seen = measure_to(FINE, &scene, Sensor::Plane, &[Probe::white(0, 0, truth)]);
+        let seen = measure_to(fine(), &scene, Sensor::Plane, &[Probe::white(0, 0, truth)]);
         seen.agrees();
         let off = 1.0 / (1.0 - 0.95 * part) * (1.0 - part);
         seen.refuses("a focus that is five per cent deeper", |_, truth| truth * off * if part < 0.5 { 0.98 } else { 1.0 });
@@ -103,7 +103,7 @@ fn crossed_waves_gather_light_along_both_axes() {
         scene.trace.plane = Some(plane);
         let y = level_of(&plane);
         let truth = |x: [f64; 2], z: [f64; 2]| crossed.mean(0.5 * (x[0] + x[1]), 0.5 * (z[0] + z[1]), x[1] - x[0], y);
-        let seen = measure_to(FINE, &scene, Sensor::Plane, &probes(&plane, 0.5, truth));
+        let seen = measure_to(fine(), &scene, Sensor::Plane, &probes(&plane, 0.5, truth));
         seen.agrees();
         let one_axis = crossed.under_crest(part * f) * (1.0 - part);
         let crest = seen.comparisons.iter().position(|c| c.place.starts_with("column 0, row 2")).expect("the crest is tested");

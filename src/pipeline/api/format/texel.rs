@@ -53,7 +53,18 @@ fn unpacked(kind: ChannelKind, bits: u32) -> [f32; 4] {
 }
 
 /// Appends the bytes of one texel, little endian. `stored` has one number per channel, in the order of planes.
+#[inline]
 pub fn encode_texel(info: FormatInfo, stored: &[f32], bytes: &mut Vec<u8>) {
+    // Most of what is read: no code, no packing, no other order.
+    if info.kind == ChannelKind::Float32 && stored.len() >= info.channels {
+        stored[..info.channels].iter().for_each(|value| bytes.extend_from_slice(&value.to_le_bytes()));
+        return;
+    }
+    encode_code(info, stored, bytes);
+}
+
+/// [`encode_texel`] of any format.
+fn encode_code(info: FormatInfo, stored: &[f32], bytes: &mut Vec<u8>) {
     let mut texel = [0.0; 4];
     let channels = info.channels.min(stored.len());
     texel[..channels].copy_from_slice(&stored[..channels]);

@@ -77,9 +77,9 @@ impl Nephroid {
 
     /// Level distances from the mirror, nearest and farthest, at which the floor gets light reflected once at φ: not what passed below
     /// the top of the wall when it came in, a chord `2 cos φ` before the mirror, and not what meets the mirror again after another chord.
-    fn lit(&self, angle: f64) -> (f64, f64) {
+    fn lit(reach: f64, angle: f64) -> (f64, f64) {
         let chord = 2.0 * libm::cos(angle);
-        ((self.reach() - chord).max(0.0), self.reach().min(chord))
+        ((reach - chord).max(0.0), reach.min(chord))
     }
 
     /// Distance from the axis within which no light arrives that was reflected more than once.
@@ -95,9 +95,10 @@ impl Nephroid {
     /// Rays reflected at neighbouring points of the mirror, with a level distance `cos φ dφ` between them, turn against each other
     /// by `2 dφ`; after t they are `(cos φ − 2t) dφ` apart. Along the ray, nothing is stretched.
     pub fn irradiance(&self, x: f64, z: f64) -> f64 {
+        let reach = self.reach();
         let mut sum = 0.0;
         for (angle, t) in rays_through([x, z], -FRAC_PI_2, FRAC_PI_2, Self::ray) {
-            let (near, far) = self.lit(angle);
+            let (near, far) = Self::lit(reach, angle);
             if t > near && t < far {
                 sum += 1.0 / (1.0 - 2.0 * t / libm::cos(angle)).abs();
             }
@@ -109,10 +110,11 @@ impl Nephroid {
     pub fn mean(&self, x: [f64; 2], z: [f64; 2]) -> f64 {
         let steps = 40_000;
         let width = PI / f64::from(steps);
+        let reach = self.reach();
         let mut sum = 0.0;
         for step in 0..steps {
             let angle = -FRAC_PI_2 + width * (f64::from(step) + 0.5);
-            let (near, far) = self.lit(angle);
+            let (near, far) = Self::lit(reach, angle);
             if let Some((from, to)) = inside(&Self::ray(angle), x, z, far) {
                 sum += libm::cos(angle) * (to - from.max(near)).max(0.0);
             }

@@ -16,10 +16,14 @@ pub struct Sine {
     pub ior: f64,
 }
 
-/// How far, per metre of depth, vertical light is turned aside by a surface of this steepness: `tan(β − θt)`, `β = atan s`.
+/// How far, per metre of depth, vertical light is turned aside by a surface of this steepness: `tan(β − θt)`, `tan β = s`, `sin θt = sin β / n`, by the
+/// difference formulas of sine and cosine.
 fn aside(steepness: f64, ior: f64) -> f64 {
-    let lean = libm::atan(steepness);
-    libm::tan(lean - refraction_angle(lean, ior).expect("light comes from the thinner side"))
+    let cosine = 1.0 / (1.0 + steepness * steepness).sqrt();
+    let sine = steepness * cosine;
+    let sine_inside = sine / ior;
+    let cosine_inside = (1.0 - sine_inside * sine_inside).sqrt();
+    (sine * cosine_inside - cosine * sine_inside) / (cosine * cosine_inside + sine * sine_inside)
 }
 
 impl Sine {
