@@ -66,7 +66,7 @@ pub struct Scene {
     /// The moment shown, s since the water was started, from 0 to 86400. Default: 0
     #[serde(default)]
     pub time_s: f32,
-    /// Settings of the techniques, which [`load`](super::load()) reads by the tables it is given; for `serde` alone they are the defaults.
+    /// Settings of the techniques. [`load`](super::load()) reads them with the tables it is given; `serde` alone leaves the defaults.
     /// Default: all their defaults
     #[serde(default, deserialize_with = "read_later")]
     pub techniques: TechniqueSettings,
@@ -153,12 +153,12 @@ impl Scene {
     }
 }
 
-/// Passes over the settings of techniques: which there are is not known to the type.
+/// Ignores the settings of techniques: this type does not know which techniques exist.
 fn read_later<'de, D: Deserializer<'de>>(deserializer: D) -> Result<TechniqueSettings, D::Error> {
     IgnoredAny::deserialize(deserializer).map(|_| TechniqueSettings::default())
 }
 
-/// Reads a list of objects and stops at the first one too many, before a crafted file fills the memory.
+/// Reads a list of objects. Stops at the first object beyond the limit, so that a crafted file cannot fill the memory.
 fn at_most_max_objects<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Object>, D::Error> {
     struct Bounded;
 

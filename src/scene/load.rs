@@ -22,7 +22,7 @@ use super::text::{Path, Position, Step, excerpt};
 /// Largest scene file that is read, bytes.
 pub const MAX_FILE_BYTES: u64 = 16 << 20;
 
-/// Why there is no scene. Every message begins with `file:line:column`, where there is a place to name.
+/// Why a scene could not be loaded. Every message about a place in the file begins with `file:line:column`.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneError {
     /// The file could not be read.
@@ -58,9 +58,9 @@ pub enum SceneError {
         file: String,
         /// Where.
         at: Position,
-        /// What stands there.
+        /// What was found.
         found: String,
-        /// What could stand there.
+        /// What was expected.
         expected: String,
     },
     /// A field that does not exist.
@@ -72,9 +72,9 @@ pub enum SceneError {
         at: Position,
         /// The field.
         path: Path,
-        /// The fields there are.
+        /// The fields that exist.
         allowed: Vec<String>,
-        /// The one among them that was perhaps meant.
+        /// The existing field nearest in spelling, if one is near.
         nearest: Option<String>,
     },
     /// A value of the wrong type or outside of its range, or a field that is missing or given twice.

@@ -12,7 +12,7 @@ use super::mesh_file::{MeshFileError, MeshLimits, read_named_mesh};
 use super::object::Object;
 use super::shape::Shape;
 
-/// Why an object has no mesh.
+/// Why the mesh of an object could not be built or read.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ObjectError {
     /// A field of the procedural shape is out of its range.

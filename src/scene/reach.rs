@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 /// How far the names in a file reach.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reach {
-    /// The folder of the file that names, and below: what belongs to it, such as the buffers of a glTF.
+    /// The folder of the naming file and everything below it, such as the buffers of a glTF.
     Below,
-    /// Also below a folder beside that one: a scene in `scenes` may name `../meshes/a.ply`.
+    /// Also everything below a sibling of that folder: a scene in `scenes` may name `../meshes/a.ply`.
     Beside,
 }
 
@@ -21,14 +21,14 @@ pub(crate) enum Reach {
 pub(crate) enum Astray {
     /// What is wrong with it, as "which ...".
     Refused(&'static str),
-    /// The file system has nothing there, or does not tell.
+    /// The file does not exist, or the file system refuses to look.
     Io(io::Error),
 }
 
-/// What is told of a name that leads elsewhere.
+/// The message for a name that leads elsewhere.
 const LEAVES: &str = "which leads out of reach";
 
-/// What is told of a link that does.
+/// The message for a link that leads elsewhere.
 const LINK_LEAVES: &str = "which a link leads out of reach";
 
 /// Refuses a name that does not mean the same on every machine: only a relative path with `/` between its parts does.
@@ -65,7 +65,7 @@ impl Reach {
         }
         match depth {
             1.. => Ok(()),
-            // What lies in the folder above, the one of a scene and its neighbours, is neither in this folder nor in one beside it.
+            // A file directly in the parent folder is neither below this folder nor below one of its siblings.
             _ if name.split('/').next_back().is_some_and(|last| !["", ".", ".."].contains(&last)) => Err(LEAVES),
             _ => Err("which names no file"),
         }

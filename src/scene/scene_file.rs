@@ -48,7 +48,7 @@ impl SceneFile {
         SceneError::Value { file: self.file.clone(), at: self.position(&path), path, found, expected }
     }
 
-    /// The error that the mesh of the object at `path` cannot be had because of `cause`.
+    /// The error that the mesh of the object at `path` could not be built or read because of `cause`.
     #[must_use]
     pub fn mesh_error(&self, path: Path, cause: String) -> SceneError {
         SceneError::Mesh { file: self.file.clone(), at: self.position(&path), path, cause }

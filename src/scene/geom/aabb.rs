@@ -23,7 +23,7 @@ impl Aabb {
         Self { min: a.min(b), max: a.max(b) }
     }
 
-    /// The smallest box around points; [`Self::EMPTY`] around none. NaN coordinates are passed over.
+    /// The smallest box around points; [`Self::EMPTY`] around none. NaN coordinates are ignored.
     #[must_use]
     pub fn from_points(points: impl IntoIterator<Item = Vec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, Self::including)

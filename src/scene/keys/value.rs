@@ -6,7 +6,7 @@ use crate::trace::MeasuringPlane;
 
 /// A kind of value that can be read from and written to the command line.
 pub trait Value: Sized {
-    /// The value that a text says; `None` if the text is none of this type.
+    /// The value that a text says; `None` if the text is not of this type.
     fn read(text: &str) -> Option<Self>;
     /// The value as a text that [`Value::read`] reads back.
     fn write(&self) -> String;

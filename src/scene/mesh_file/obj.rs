@@ -1,7 +1,7 @@
 //! Wavefront OBJ.
 //!
 //! Read are `v`, `vt`, `vn` and `f`; all objects and groups become one mesh, one vertex per different `position/texture/normal` corner.
-//! Indices count from 1, or back from the last if negative. Weights and colours after the three coordinates are passed over, as are
+//! Indices count from 1, or back from the last if negative. Weights and colours after the three coordinates are ignored, as are
 //! points, lines, free-form surfaces, materials, groups and smoothing groups.
 
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! PLY, the polygon file format: ASCII and binary of either byte order.
 //!
 //! Read are `vertex` with `x y z`, optionally `nx ny nz` and `u v`, `s t` or `texture_u texture_v`; `face` with the list
-//! `vertex_indices` or `vertex_index`; and `tristrips`, strips separated by −1. Any other property or element is passed over, whatever
+//! `vertex_indices` or `vertex_index`; and `tristrips`, strips separated by −1. Any other property or element is ignored, whatever
 //! its type. ASCII elements take one line each; words beyond the declared properties are ignored.
 
 mod header;

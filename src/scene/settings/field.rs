@@ -113,7 +113,7 @@ pub trait Field {
     fn plain(&self) -> Plain;
     /// The value as the command line has it.
     fn text(&self) -> String;
-    /// Takes a value from the command line; `false`, and nothing is changed, if the text is none of this type.
+    /// Takes a value from the command line; `false`, and nothing is changed, if the text is not of this type.
     fn set_text(&mut self, text: &str) -> bool;
     /// Takes a value from a scene file.
     fn read(&mut self, value: read::Value<'_>) -> Result<(), Error>;
