@@ -15,7 +15,7 @@ mod triangulate;
 pub use aabb::Aabb;
 pub use frustum::{Containment, Frustum};
 pub(crate) use mesh::direction;
-pub use mesh::{Mesh, MeshError};
+pub use mesh::{Curvature, Mesh, MeshError};
 pub use plane::Plane;
 pub use ray::{Ray, TriangleHit};
 pub use tessellate::TessellateError;

@@ -2,9 +2,10 @@
 //!
 //! One index serves all vertex attributes, as on a GPU, so a corner with two normals or two texture coordinates is two vertices
 //! at one place. Whatever depends on the surface (smooth normals, closedness) therefore looks at *places*: vertices with equal
-//! coordinates are one place. Split by idea: `normals` (smooth, creased, flat), `topology` (edges, volume, welding), `edit`
+//! coordinates are one place. Split by idea: `normals` (smooth, creased, flat), `topology` (edges, volume, welding), `curvature`, `edit`
 //! (transform, merge, compact), `validate`.
 
+mod curvature;
 mod edit;
 mod normals;
 mod topology;
@@ -12,6 +13,7 @@ mod validate;
 
 use glam::{Vec2, Vec3};
 
+pub use curvature::Curvature;
 pub(crate) use normals::direction;
 pub use topology::EdgeReport;
 pub use validate::MeshError;
