@@ -157,6 +157,14 @@ impl Layer {
         &self.planes
     }
 
+    /// The pixels as RGB, row by row: a single channel is repeated, of two the first, a fourth is left out.
+    #[must_use]
+    pub fn rgb(&self) -> Vec<[f32; 3]> {
+        let channels = if self.channel_count() < 3 { [0; 3] } else { [0, 1, 2] };
+        let [r, g, b] = channels.map(|channel: usize| self.planes[channel].pixels());
+        r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect()
+    }
+
     /// The same pixels under another name.
     ///
     /// # Errors
@@ -270,6 +278,17 @@ mod tests {
         assert_eq!(layer.planes()[0].pixels(), [1.0, 3.0]);
         assert_eq!(layer.planes()[1].pixels(), [2.0, 4.0]);
         assert!(matches!(Layer::from_pixels("a", 2, 2, &[[1.0]]), Err(LayerError::Size { .. })));
+    }
+
+    #[test]
+    fn rgb_repeats_a_single_channel_and_leaves_out_a_fourth() {
+        let rgb = |count: usize| {
+            let planes = (0..count).map(|c| Image::from_pixels(2, 1, vec![c as f32, 10.0 + c as f32]).unwrap()).collect();
+            Layer::new("a", planes).unwrap().rgb()
+        };
+        let grey = vec![[0.0; 3], [10.0; 3]];
+        let color = vec![[0.0, 1.0, 2.0], [10.0, 11.0, 12.0]];
+        assert_eq!((1..=4).map(rgb).collect::<Vec<_>>(), [grey.clone(), grey, color.clone(), color]);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use anyhow::{Context as _, bail, ensure};
 use super::table::{Column, Results};
 use crate::cli::interrupt;
 use crate::image::file::Kind;
-use crate::image::{Layer, LayerSet, STANDARD_LAYERS, file, png};
+use crate::image::{LayerSet, STANDARD_LAYERS, file, png};
 use crate::metrics::Pair;
 use crate::report::{Figure, Judged, Verdict, judge, number};
 
@@ -55,11 +55,11 @@ pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Resu
         b.width(),
         b.height()
     );
-    let (left, right) = (rgb(&a), rgb(&b));
+    let (left, right) = (a.rgb(), b.rgb());
     let mask = reference.get(&format!("{name}_valid")).map(|valid| valid.planes()[0].pixels().iter().map(|&v| v > 0.0).collect::<Vec<_>>());
     let variance = reference.get(&format!("{name}_error")).map(|errors| {
         let square = |rgb: [f32; 3]| rgb.map(|e| e * e);
-        rgb(errors).into_iter().map(square).collect::<Vec<_>>()
+        errors.rgb().into_iter().map(square).collect::<Vec<_>>()
     });
     let pair = Pair::with_mask(a.width(), a.height(), &left, &right, mask.as_deref())?;
     let verdicts = judge(&Judged { pair, areas_m2: None, variance: variance.as_deref(), display });
@@ -88,14 +88,6 @@ pub fn draw(path: &Path, title: &str, pair: Pair<'_>, names: (&str, &str), unit:
     let bytes = figure.png().with_context(|| format!("cannot draw {}", path.display()))?;
     interrupt::uninterrupted(|| file::write_atomically(path, &bytes))?;
     Ok(())
-}
-
-/// Three channels of a layer: a single channel is repeated, a fourth is left out.
-fn rgb(layer: &Layer) -> Vec<[f32; 3]> {
-    let planes = layer.planes();
-    let channel = |index: usize, k: usize| planes[k.min(planes.len() - 1)].pixels()[index];
-    let count = if layer.channel_count() < 3 { 1 } else { 3 };
-    (0..planes[0].pixels().len()).map(|index| [0, 1, 2].map(|k: usize| channel(index, k.min(count - 1)))).collect()
 }
 
 fn layer_name(request: &Request, reference: &LayerSet, test: &LayerSet) -> anyhow::Result<String> {

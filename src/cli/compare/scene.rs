@@ -123,14 +123,12 @@ fn picture_path(picture: Option<&Path>, request: &Request, technique: &str) -> P
 /// The points that a technique's picture shows; `None` without the layers that locate them.
 fn points(layers: &LayerSet) -> Option<Points> {
     let (position, normal, depth) = (layers.get("position")?, layers.get("normal")?, layers.get("depth")?);
-    let at = |layer: &crate::image::Layer, k: usize| Vec3::from_array([0, 1, 2].map(|c| layer.planes()[c].pixels()[k]));
-    let count = position.planes()[0].pixels().len();
-    let exists = |k: usize| depth.planes()[0].pixels()[k].is_finite();
+    let seen = depth.planes()[0].pixels().iter().map(|depth| depth.is_finite());
     Some(Points {
         columns: position.width(),
         rows: position.height(),
-        positions: (0..count).map(|k| exists(k).then(|| at(position, k))).collect(),
-        normals: (0..count).map(|k| at(normal, k).normalize_or_zero()).collect(),
+        positions: position.rgb().into_iter().zip(seen).map(|(p, seen)| seen.then(|| Vec3::from_array(p))).collect(),
+        normals: normal.rgb().into_iter().map(|n| Vec3::from_array(n).normalize_or_zero()).collect(),
     })
 }
 
@@ -156,7 +154,7 @@ fn judge_technique(
 ) -> anyhow::Result<Column> {
     let layer = layers.get("caustic_irradiance").context("the technique has no caustic irradiance")?;
     let measured = &truth.irradiance;
-    let test: Vec<[f32; 3]> = (0..measured.mean.len()).map(|k| [0, 1, 2].map(|c| layer.planes()[c].pixels()[k])).collect();
+    let test = layer.rgb();
     let reference: Vec<[f32; 3]> = measured.mean.iter().map(|v| v.map(|c| c as f32)).collect();
     let variance: Vec<[f32; 3]> = measured.standard_error.iter().map(|v| v.map(|e| (e * e) as f32)).collect();
     let pair = Pair::with_mask(measured.columns, measured.rows, &reference, &test, measured.valid.as_deref())?;

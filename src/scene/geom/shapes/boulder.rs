@@ -66,7 +66,7 @@ impl Boulder {
             *p = n * self.stretch * (self.radius_m * cut * (1.0 + self.roughness * bumps));
         }
         mesh.smooth_normals();
-        wrap_uvs(&mut mesh, self.radius_m, |p| p.y);
+        wrap_uvs(&mut mesh, self.radius_m, &|p| p.y);
         Ok(mesh)
     }
 

@@ -25,9 +25,28 @@ pub(super) struct Near {
     pub reach_m: f32,
 }
 
-/// Values along a row of points parallel to x, one for each number of `out`, at the `xs`.
-pub(super) fn values_along_x<F: Field>(level: Level, field: &F, xs: &[f32], y: f32, z: f32, out: &mut [f32]) {
-    wide_dispatch!(level, simd => wide_row(simd, field, xs, y, z, out), row::<F, f32>((), field, xs, y, z, out));
+/// What the surface of a field asks of it. Without generics: code that takes a `dyn Sampled` is compiled once for all fields.
+pub(super) trait Sampled: Sync {
+    /// Values along a row of points parallel to x, one for each number of `out`, at the `xs`.
+    fn values_along_x(&self, level: Level, xs: &[f32], y: f32, z: f32, out: &mut [f32]);
+    /// Moves points towards the surface along the gradient, each by at most its reach; places and normals there.
+    ///
+    /// `cell_m` is the scale of the lattice that the points were found with: the gradient is taken over a fifth of it to either side.
+    fn settle(&self, level: Level, cell_m: f32, points: &[Near]) -> Vec<[Vec3; 2]>;
+}
+
+impl<F: Field> Sampled for F {
+    fn values_along_x(&self, level: Level, xs: &[f32], y: f32, z: f32, out: &mut [f32]) {
+        wide_dispatch!(level, simd => wide_row(simd, self, xs, y, z, out), row::<F, f32>((), self, xs, y, z, out));
+    }
+
+    fn settle(&self, level: Level, cell_m: f32, points: &[Near]) -> Vec<[Vec3; 2]> {
+        let mut settled = Vec::with_capacity(points.len());
+        wide_dispatch!(level, simd => wide_settle(simd, self, cell_m, points, &mut settled), {
+            settle_all::<F, f32>((), self, cell_m, points, &mut settled);
+        });
+        settled
+    }
 }
 
 #[simd]
@@ -44,17 +63,6 @@ fn row<F: Field, L: Lanes>(token: L::Token, field: &F, xs: &[f32], y: f32, z: f3
         let values = field.value(v3(L::load(token, &padded), y, z)).to_array();
         out.copy_from_slice(&values[..out.len()]);
     }
-}
-
-/// Moves points towards the surface along the gradient, each by at most its reach; places and normals there.
-///
-/// `cell_m` is the scale of the lattice that the points were found with: the gradient is taken over a fifth of it to either side.
-pub(super) fn settle<F: Field>(level: Level, field: &F, cell_m: f32, points: &[Near]) -> Vec<[Vec3; 2]> {
-    let mut settled = Vec::with_capacity(points.len());
-    wide_dispatch!(level, simd => wide_settle(simd, field, cell_m, points, &mut settled), {
-        settle_all::<F, f32>((), field, cell_m, points, &mut settled);
-    });
-    settled
 }
 
 #[simd]

@@ -63,7 +63,7 @@ impl Figure {
         for p in &mut mesh.positions {
             *p = Vec3::new(p.x * scale, ((p.y - seen.min.y) * scale).min(self.height_m), p.z * scale);
         }
-        wrap_uvs(&mut mesh, self.height_m * 0.2, |p| p.y);
+        wrap_uvs(&mut mesh, self.height_m * 0.2, &|p| p.y);
         Ok(mesh)
     }
 }

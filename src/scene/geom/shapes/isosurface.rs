@@ -4,7 +4,7 @@ use fearless_simd::Level;
 use glam::{UVec3, Vec3};
 use rayon::prelude::*;
 
-use super::field::{Field, Near, settle, values_along_x};
+use super::field::{Near, Sampled};
 use crate::geom::{Aabb, Mesh};
 
 /// The six tetrahedra of a cube along its diagonal from corner 0 to corner 7 (Kuhn 1960), as corner numbers whose bits are x, y, z;
@@ -16,11 +16,11 @@ const TETRAHEDRA: [[usize; 4]; 6] = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [
 /// Unlike marching cubes it has no ambiguous case: the result is a closed manifold whatever the field, provided it is positive on the
 /// border of `bounds`. Vertices are then moved onto the surface and given the direction of the field's gradient as normal. Lattice cells are cubes of
 /// `cell_m`, the last ones reaching past `bounds`; no texture coordinates. Layers of the lattice are worked on in parallel.
-pub(super) fn isosurface(bounds: Aabb, cell_m: f32, field: &impl Field) -> Mesh {
+pub(super) fn isosurface(bounds: Aabb, cell_m: f32, field: &dyn Sampled) -> Mesh {
     isosurface_at(Level::new(), bounds, cell_m, field)
 }
 
-fn isosurface_at(level: Level, bounds: Aabb, cell_m: f32, field: &impl Field) -> Mesh {
+fn isosurface_at(level: Level, bounds: Aabb, cell_m: f32, field: &dyn Sampled) -> Mesh {
     let lattice = Lattice::sample(level, bounds, cell_m, field);
     let layers: Vec<Layer> = (0..lattice.points[2]).into_par_iter().map(|z| Layer::new(&lattice, z)).collect();
     let mut first_vertices = vec![0];
@@ -28,7 +28,7 @@ fn isosurface_at(level: Level, bounds: Aabb, cell_m: f32, field: &impl Field) ->
         *count += layer.vertices.len() as u32;
         Some(*count)
     }));
-    let settled: Vec<Vec<[Vec3; 2]>> = layers.par_iter().map(|layer| settle(level, field, cell_m, &layer.vertices)).collect();
+    let settled: Vec<Vec<[Vec3; 2]>> = layers.par_iter().map(|layer| field.settle(level, cell_m, &layer.vertices)).collect();
     let triangles: Vec<Vec<u32>> = (0..lattice.points[2] - 1)
         .into_par_iter()
         .map(|z| {
@@ -59,7 +59,7 @@ struct Lattice {
 }
 
 impl Lattice {
-    fn sample(level: Level, bounds: Aabb, cell_m: f32, field: &impl Field) -> Self {
+    fn sample(level: Level, bounds: Aabb, cell_m: f32, field: &dyn Sampled) -> Self {
         let cells = (bounds.size() / cell_m).ceil().as_uvec3().max(UVec3::ONE);
         let points = (cells + UVec3::ONE).to_array().map(|count| count as usize);
         let mut lattice = Self { min: bounds.min, cell_m, points, values: Vec::new(), rows: Vec::new() };
@@ -67,7 +67,7 @@ impl Lattice {
         let mut values = vec![0.0; points[0] * points[1] * points[2]];
         let sample_row = |(number, row): (usize, &mut [f32])| {
             let at = lattice.place([0, number % points[1], number / points[1]]);
-            values_along_x(level, field, &xs, at.y, at.z, row);
+            field.values_along_x(level, &xs, at.y, at.z, row);
             let first = row[0] < 0.0;
             row.iter().all(|&value| (value < 0.0) == first).then_some(first)
         };
@@ -197,6 +197,7 @@ mod tests {
     use nephroid_math::vector::{V3, v3};
 
     use super::*;
+    use crate::geom::shapes::field::Field;
 
     /// A ball of radius 1.
     struct Ball;

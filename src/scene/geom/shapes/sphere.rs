@@ -79,7 +79,7 @@ impl IcoSphere {
         check.count("subdivisions", self.subdivisions, 0..=9)?;
         let mut mesh = unit_icosphere(self.subdivisions);
         mesh.positions.iter_mut().for_each(|p| *p *= self.radius_m);
-        wrap_uvs(&mut mesh, self.radius_m, |p| libm::asinf((p.y / self.radius_m).clamp(-1.0, 1.0)) * self.radius_m);
+        wrap_uvs(&mut mesh, self.radius_m, &|p| libm::asinf((p.y / self.radius_m).clamp(-1.0, 1.0)) * self.radius_m);
         Ok(mesh)
     }
 }
@@ -138,7 +138,7 @@ fn quartered(mesh: &Mesh) -> Mesh {
 ///
 /// Vertices are split along the meridian where the longitude jumps, and on the axis, where a triangle takes the middle of its other
 /// corners.
-pub(super) fn wrap_uvs(mesh: &mut Mesh, radius_m: f32, v: impl Fn(Vec3) -> f32) {
+pub(super) fn wrap_uvs(mesh: &mut Mesh, radius_m: f32, v: &dyn Fn(Vec3) -> f32) {
     let on_axis = |p: Vec3| p.x.abs().max(p.z.abs()) <= radius_m * 1e-6;
     // In turns, 0..1, growing to the right seen from outside; on the axis there is none.
     let turn = |p: &Vec3| {
