@@ -283,7 +283,7 @@ mod tests {
     #[test]
     fn rgb_repeats_a_single_channel_and_leaves_out_a_fourth() {
         let rgb = |count: usize| {
-            let planes = (0..count).map(|c| Image::from_pixels(2, 1, vec![c as f32, 10.0 + c as f32]).unwrap()).collect();
+            let planes = (0..count).map(|c| Image::from_vec(2, 1, vec![c as f32, 10.0 + c as f32]).unwrap()).collect();
             Layer::new("a", planes).unwrap().rgb()
         };
         let grey = vec![[0.0; 3], [10.0; 3]];
