@@ -3,6 +3,8 @@
 //! `cargo bench` prints Markdown tables, `cargo bench -- splats` only the rows that name contains. Pixels are counted as rasterized, before the depth test.
 
 mod shared;
+#[path = "pipeline/splats.rs"]
+mod splats;
 
 use std::time::Instant;
 
@@ -207,6 +209,7 @@ fn sun_at(mut light: Light, frame: usize) -> Light {
 
 fn main() {
     microbenchmarks();
+    splats::splats();
     paper_frames();
     receivers();
 }

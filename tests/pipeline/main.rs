@@ -29,6 +29,7 @@ mod reference;
 mod repetition;
 mod robust;
 mod rooms;
+mod splats;
 mod sprites;
 mod stages;
 mod textures;

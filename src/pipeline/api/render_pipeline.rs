@@ -58,12 +58,15 @@ impl RenderPipeline {
         let locations = attributes.map(|attribute| attribute.shader_location as usize + 1).max().unwrap_or(0);
         let rasterized = desc.rasterized();
         let per_primitive = program.fragment.as_ref().is_some_and(|f| f.per_primitive()) && !program.may_discard && !program.writes_depth;
+        let sprites = rasterized == PrimitiveClass::Points && !program.may_discard && !program.writes_depth;
+        let flat = interpolation.iter().all(|&mode| mode == Interpolation::Flat);
         let merges = program.fragment.as_ref().is_some_and(|f| f.merges_fragments());
         let shades = program.fragment.is_some() && (outputs > 0 || program.may_discard || program.writes_depth);
         let fragment = FragmentPlan {
             outputs,
             late_tests: shades && (program.writes_depth || (program.may_discard && (depth.write || depth.stencil_writes()))),
             per_primitive,
+            separable: sprites && flat && program.fragment.as_ref().is_some_and(|f| f.separable()),
             shades,
             attributes: shades && !(per_primitive && interpolation.is_empty()),
             merges: shades && !per_primitive && merges && !interpolation.contains(&Interpolation::Flat),

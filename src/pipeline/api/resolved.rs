@@ -120,6 +120,8 @@ pub(crate) struct FragmentPlan {
     pub late_tests: bool,
     /// One colour per primitive.
     pub per_primitive: bool,
+    /// The product of a function of the column and one of the row, both without any but flat varyings.
+    pub separable: bool,
     /// The fragment stage must run at all.
     pub shades: bool,
     /// Per-primitive interpolation data must be kept.
@@ -160,6 +162,8 @@ pub(crate) enum FastPath {
     General,
     /// Adds a colour to one f32 target. `one_color`: all primitives of a draw with the same facing have the same colour.
     Add { channels: u8, depth: u8, strict: bool, one_color: bool },
+    /// Adds sprites with a separable kernel to f32 targets.
+    Splat { depth: u8, strict: bool },
     /// Changes the stencil only; depth is tested but not written.
     Stencil { depth: u8, strict: bool },
     /// Tests and writes depth only.
@@ -185,7 +189,11 @@ impl FastPath {
                 _ => Self::General,
             };
         }
+        let additive = |target: &Option<TargetPlan>| target.as_ref().is_none_or(|target| target.additive_f32);
         match targets {
+            _ if fragment.separable && !plan.stencil && matches!(depth, IGNORE | TEST) && targets.iter().all(additive) => {
+                Self::Splat { depth, strict }
+            }
             [Some(target)] if !plan.stencil && depth != BEHIND && fragment.per_primitive && target.additive_f32 => {
                 let one_color = !has_varyings && !fragment.attributes;
                 Self::Add { channels: target.channels as u8, depth, strict, one_color }

@@ -12,6 +12,17 @@ use crate::api::rules::F16Rounding;
 use crate::api::state::{ADDITIVE, BlendComponent, BlendFactor, BlendOperation, ColorTargetState};
 use crate::api::surface::TILE_PIXELS;
 
+/// Adds values to the numbers of a block whose pixels are in `mask`.
+///
+/// The others get −0.0, which changes no number, and no NaN, as planes hold only one. A choice between old and new numbers would be compiled to a
+/// masked store, which takes some twenty cycles on AMD's processors with AVX2.
+#[inline(always)]
+pub(crate) fn add_in<S: Simd>(simd: S, mask: mask32x16<S>, values: f32x16<S>, block: &mut [f32]) {
+    let nothing = <f32x16<S> as Lanes>::splat(simd, -0.0);
+    let old = <f32x16<S> as Lanes>::load(simd, block);
+    Lanes::store(one_nan_lanes(old + <f32x16<S> as Lanes>::select(mask, values, nothing)), block);
+}
+
 impl TargetPlan {
     pub fn new(state: &ColorTargetState, info: FormatInfo, f16: F16Rounding) -> Self {
         let clamp = info.kind.clamps_blending();
@@ -70,9 +81,7 @@ impl TargetPlan {
         if self.additive_f32 {
             for (c, source) in source.chunks_exact(16).enumerate().take(self.channels) {
                 let plane = &mut planes[c * TILE_PIXELS + offset..][..16];
-                let old = <f32x16<S> as Lanes>::load(simd, plane);
-                let sum = one_nan_lanes(<f32x16<S> as Lanes>::load(simd, source) + old);
-                Lanes::store(<f32x16<S> as Lanes>::select(lanes, sum, old), plane);
+                add_in(simd, lanes, <f32x16<S> as Lanes>::load(simd, source), plane);
             }
             return;
         }

@@ -1,6 +1,6 @@
 //! Depth of a primitive's blocks: interpolated by the pipeline's rule, clamped, and compared with the depth range of the tile's blocks.
 
-use fearless_simd::{Simd, SimdFrom, f32x16, i32x16};
+use fearless_simd::{Simd, SimdFrom, f32x16, i32x16, mask32x16};
 
 use nephroid_math::lanes::{Lanes, lanes_from_i32};
 
@@ -8,6 +8,7 @@ use crate::api::draw::Draw;
 use crate::api::format::depth::quantize_depth_by;
 use crate::api::format::facts::ChannelKind;
 use crate::api::render_pipeline::RenderPipeline;
+use crate::api::resolved::{BEHIND, IGNORE, WRITE};
 use crate::api::rules::DepthPlane;
 use crate::geometry::depth_bias::depth_bias;
 use crate::primitive::tile_primitive::{TilePrimitive, flag};
@@ -129,4 +130,31 @@ impl<'c, S: Simd> BlockDepth<'c, S> {
             }
         }
     }
+}
+
+/// Tests the depth of a block and, for [`WRITE`], writes it. Returns the pixels that pass.
+#[inline(always)]
+#[allow(clippy::too_many_arguments, reason = "the parts of a sink, borrowed separately")]
+pub(crate) fn test_depth<S: Simd, const DEPTH: u8>(
+    z: &BlockDepth<'_, S>,
+    plane: &mut [f32],
+    bx: i32,
+    by: i32,
+    offset: usize,
+    mask: mask32x16<S>,
+    strict: bool,
+    simd: S,
+) -> mask32x16<S> {
+    if DEPTH == IGNORE {
+        return mask;
+    }
+    let new = z.at(bx, by);
+    let block = &mut plane[offset..offset + 16];
+    let stored = <f32x16<S> as Lanes>::load(simd, block);
+    let (near, far) = if DEPTH == BEHIND { (stored, new) } else { (new, stored) };
+    let pass = mask & if strict { Lanes::lt(near, far) } else { Lanes::le(near, far) };
+    if DEPTH == WRITE {
+        Lanes::store(<f32x16<S> as Lanes>::select(pass, new, stored), block);
+    }
+    pass
 }

@@ -1,4 +1,5 @@
-//! Fast paths for draws that need neither queue nor shader call per block: adding one colour, counting in the stencil, filling depth.
+//! Fast paths for draws that need neither queue nor shader call per block: adding one colour, adding a kernel (`splat.rs`), counting in the stencil,
+//! filling depth.
 //!
 //! Each gives the result of the general path; `tests/pipeline` compares the two on random triangles.
 
@@ -11,14 +12,16 @@ use crate::api::draw::Draw;
 use crate::api::format::nan::one_nan_lanes;
 use crate::api::resolved::{BEHIND, FastPath, IGNORE, TEST, WRITE};
 use crate::api::shader::fragment::{PrimitiveAttributes, ShadeSource};
-use crate::api::shader::stages::FragmentStage;
+use crate::api::shader::stages::{Execution, FragmentStage};
 use crate::api::state::StencilOperation;
 use crate::api::surface::{TILE_PIXELS, offset_in_tile};
 use crate::primitive::tile_primitive::{TilePrimitive, flag};
-use crate::tile::block_depth::BlockDepth;
+use crate::tile::blend::add_in;
+use crate::tile::block_depth::{BlockDepth, test_depth};
 use crate::tile::coarse_depth::CoarseDepth;
 use crate::tile::depth_stencil::StencilFace;
 use crate::tile::raster::{BlockSink, walk};
+use crate::tile::splat::{self, SplatDraw};
 use crate::tile::squares::next_square;
 use crate::tile::targets::{DrawState, TileCounters, TileTargets};
 
@@ -65,11 +68,20 @@ pub(crate) fn run<S: Simd>(
     origin: [i32; 2],
     targets: &mut TileTargets<'_>,
     counters: &mut TileCounters,
+    (execution, factors): (Execution, &mut Vec<f32>),
 ) -> bool {
     let passed;
+    if let FastPath::Splat { depth, strict } = path {
+        let Some(fragment) = draw.pipeline.desc.program.fragment.as_deref() else { return false };
+        let splats = SplatDraw { draw, state, fragment, source, execution, origin, strict };
+        passed = splat::draw(simd, depth, &splats, primitives, targets, factors);
+        counters.fragments_shaded += passed;
+        counters.fragments_passed += passed;
+        return true;
+    }
     let z = targets.depth.as_deref_mut().unwrap_or(&mut []);
     match path {
-        FastPath::General => return false,
+        FastPath::General | FastPath::Splat { .. } => return false,
         FastPath::Add { channels, depth, strict, one_color } => {
             let (Some(planes), Some(colors)) = (targets.color[0].as_deref_mut(), Colors::of(draw, source, one_color)) else { return false };
             let colors = Some(colors);
@@ -105,33 +117,6 @@ pub(crate) fn run<S: Simd>(
     true
 }
 
-/// Tests the depth of a block and, for [`WRITE`], writes it. Returns the pixels that pass.
-#[inline(always)]
-#[allow(clippy::too_many_arguments, reason = "the parts of a sink, borrowed separately")]
-fn test_depth<S: Simd, const DEPTH: u8>(
-    z: &BlockDepth<'_, S>,
-    plane: &mut [f32],
-    bx: i32,
-    by: i32,
-    offset: usize,
-    mask: mask32x16<S>,
-    strict: bool,
-    simd: S,
-) -> mask32x16<S> {
-    if DEPTH == IGNORE {
-        return mask;
-    }
-    let new = z.at(bx, by);
-    let block = &mut plane[offset..offset + 16];
-    let stored = <f32x16<S> as Lanes>::load(simd, block);
-    let (near, far) = if DEPTH == BEHIND { (stored, new) } else { (new, stored) };
-    let pass = mask & if strict { Lanes::lt(near, far) } else { Lanes::le(near, far) };
-    if DEPTH == WRITE {
-        Lanes::store(<f32x16<S> as Lanes>::select(pass, new, stored), block);
-    }
-    pass
-}
-
 /// Adds colours to one target.
 struct AddSink<'a, S: Simd, const CHANNELS: usize, const DEPTH: u8> {
     z: BlockDepth<'a, S>,
@@ -157,8 +142,7 @@ impl<S: Simd, const CHANNELS: usize, const DEPTH: u8> BlockSink<S> for AddSink<'
         self.passed += u64::from(pass.to_bitmask().count_ones());
         for c in 0..CHANNELS {
             let block = &mut self.planes[c * TILE_PIXELS + offset..][..16];
-            let old = <f32x16<S> as Lanes>::load(simd, block);
-            Lanes::store(<f32x16<S> as Lanes>::select(pass, one_nan_lanes(old + self.color[c]), old), block);
+            add_in(simd, pass, self.color[c], block);
         }
     }
     #[inline(always)]

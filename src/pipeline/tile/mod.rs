@@ -7,7 +7,7 @@
 //! | depth and stencil of pixels | `block_depth.rs`, `depth_stencil.rs`, `general.rs` |
 //! | fragment shader | `queue.rs`, `worker.rs` |
 //! | blend | `blend.rs` |
-//! | fast paths of simple draws | `fast_path.rs` |
+//! | fast paths of simple draws | `fast_path.rs`, `splat.rs` |
 //! | events for an observer | `report.rs` |
 //! | all of it in order, for one tile | `walk.rs`, `targets.rs` |
 
@@ -21,6 +21,7 @@ pub(crate) mod general;
 pub(crate) mod queue;
 pub(crate) mod raster;
 pub(crate) mod report;
+pub(crate) mod splat;
 pub(crate) mod squares;
 pub(crate) mod targets;
 pub(crate) mod walk;

@@ -61,7 +61,8 @@ impl<'a> TileWorker<'a, '_> {
         let path = if self.observer.is_none() { state.path } else { FastPath::General };
         let source = self.source();
         let coarse = self.coarse.filter(|_| state.pipeline.rejects_by_depth && self.observer.is_none());
-        if !fast_path::run(simd, path, primitives, (draw, state), source, coarse, self.origin, self.targets, self.counters) {
+        let shading = (self.context.execution, &mut self.scratch.colors);
+        if !fast_path::run(simd, path, primitives, (draw, state), source, coarse, self.origin, self.targets, self.counters, shading) {
             self.general(simd, primitives, coarse);
         }
     }

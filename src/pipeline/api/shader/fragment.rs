@@ -4,6 +4,7 @@ use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::{V2, V3, V4, v2, v3, v4};
 
 use crate::api::bindings::Bindings;
+use crate::api::shader::separable::{Axis, SeparableShader};
 use crate::api::shader::varying::Interpolation;
 use crate::api::state::MAX_COLOR_TARGETS;
 use crate::api::surface::TILE_PIXELS;
@@ -257,8 +258,37 @@ pub trait FragmentShader: Send + Sync {
     /// Whether the output depends on nothing that belongs to the primitive as a whole except its facing: neither flat varyings nor `primitive_id`.
     /// The pipeline may then shade a block once for all primitives that share it, which makes small triangles cheaper.
     const MERGES_FRAGMENTS: bool = false;
+    /// Whether the output is the product of the factors of both axes; [`Separable`] sets it.
+    const SEPARABLE: bool = false;
     /// Shades the fragments of one call.
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>);
+    /// The factors of a separable output: [`SeparableShader::factor`].
+    #[inline(always)]
+    fn factor<L: Lanes>(&self, _: &Bindings<'_>, _flat: &[f32], _: Axis, _at: L, _values: &mut [V4<L>; MAX_COLOR_TARGETS]) {}
+}
+
+/// The fragment shader of a [`SeparableShader`].
+pub struct Separable<T>(pub T);
+
+impl<T: SeparableShader> FragmentShader for Separable<T> {
+    const SEPARABLE: bool = true;
+
+    #[inline(always)]
+    fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
+        let zero = L::splat(input.token, 0.0);
+        let flat = input.flat_varyings();
+        let mut rows = [v4(zero, zero, zero, zero); MAX_COLOR_TARGETS];
+        self.0.factor(bindings, flat, Axis::X, input.position.x, &mut output.color);
+        self.0.factor(bindings, flat, Axis::Y, input.position.y, &mut rows);
+        for (x, y) in output.color.iter_mut().zip(rows).take(T::TARGETS) {
+            *x = v4(x.x * y.x, x.y * y.y, x.z * y.z, x.w * y.w);
+        }
+    }
+
+    #[inline(always)]
+    fn factor<L: Lanes>(&self, bindings: &Bindings<'_>, flat: &[f32], axis: Axis, at: L, values: &mut [V4<L>; MAX_COLOR_TARGETS]) {
+        self.0.factor(bindings, flat, axis, at, values);
+    }
 }
 
 /// Data that interpolate the varyings of a batch's primitives.

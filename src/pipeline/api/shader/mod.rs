@@ -8,14 +8,16 @@ pub(crate) mod clip_vertices;
 pub(crate) mod fragment;
 pub(crate) mod geometry;
 pub(crate) mod program;
+pub(crate) mod separable;
 pub(crate) mod stages;
 pub(crate) mod varying;
 pub(crate) mod vertex;
 pub(crate) mod vertex_color;
 
-pub use fragment::{FragmentInput, FragmentOutput, FragmentShader, PrimitiveAttributes, ShadeSource};
+pub use fragment::{FragmentInput, FragmentOutput, FragmentShader, PrimitiveAttributes, Separable, ShadeSource};
 pub use geometry::{Geometry, GeometryInput, GeometryOutput, GeometryShader, StageVertex};
 pub use program::Program;
-pub use stages::{Execution, FragmentStage, ShadeBatch, ShadeItem, ShaderWidth, VertexBatch, VertexStage};
+pub use separable::{Axis, SeparableShader};
+pub use stages::{Execution, FactorBatch, FragmentStage, ShadeBatch, ShadeItem, ShaderWidth, VertexBatch, VertexStage};
 pub use varying::{Interpolation, Varying, flatten_varyings};
 pub use vertex::{VertexInput, VertexOutput, VertexShader};

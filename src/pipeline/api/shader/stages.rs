@@ -12,8 +12,10 @@ use nephroid_math::vector::v4;
 use crate::api::bindings::Bindings;
 use crate::api::shader::clip_vertices::{ClipVertices, GROUP};
 use crate::api::shader::fragment::{FragmentInput, FragmentOutput, FragmentShader, ShadeSource, Weighted};
+use crate::api::shader::separable::Axis;
 use crate::api::shader::vertex::{VertexInput, VertexOutput, VertexShader};
 use crate::api::state::{MAX_COLOR_TARGETS, MAX_VARYINGS};
+use crate::api::surface::TILE;
 
 /// Lanes per shader call. Both widths give the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -182,14 +184,42 @@ pub struct ShadeBatch<'a> {
     pub(crate) writes_depth: bool,
 }
 
+/// Pixels along each axis for which a sprite's factors have room: those of a tile.
+pub(crate) const FACTORS: usize = TILE;
+
+/// A sprite, or the part of it in a tile.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FactorItem {
+    /// The primitive's index in the chunk's interpolation data.
+    pub primitive: u32,
+    /// First column and row, pixels of the target.
+    pub first: [i32; 2],
+    /// Number of columns and rows, at most [`FACTORS`].
+    pub count: [usize; 2],
+}
+
+/// Sprites whose factors are wanted, and the buffer for them.
+pub struct FactorBatch<'a> {
+    pub(crate) source: ShadeSource<'a>,
+    pub(crate) items: &'a [FactorItem],
+    /// Target and channel of each plane.
+    pub(crate) planes: &'a [(usize, usize)],
+    /// `[item][axis][plane][`[`FACTORS`]`]`; numbers beyond an item's count are of no meaning.
+    pub(crate) factors: &'a mut [f32],
+}
+
 /// A fragment stage as the pipeline calls it. Every [`FragmentShader`] implements it.
 pub trait FragmentStage: Send + Sync {
     /// Value of [`FragmentShader::PER_PRIMITIVE`].
     fn per_primitive(&self) -> bool;
     /// Value of [`FragmentShader::MERGES_FRAGMENTS`].
     fn merges_fragments(&self) -> bool;
+    /// Value of [`FragmentShader::SEPARABLE`].
+    fn separable(&self) -> bool;
     /// Shades a batch.
     fn run(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut ShadeBatch<'_>);
+    /// Computes the factors of a batch's sprites along both axes; valid if [`Self::separable`].
+    fn factors(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut FactorBatch<'_>);
     /// The colours of a primitive, one per target; valid if [`Self::per_primitive`].
     fn primitive_color(&self, bindings: &Bindings<'_>, source: &ShadeSource<'_>, primitive: u32) -> [[f32; 4]; MAX_COLOR_TARGETS];
 }
@@ -208,6 +238,22 @@ impl<T: FragmentShader> FragmentStage for T {
                 execution.level,
                 simd => fragment_blocks(simd, self, bindings, batch),
                 fragment_pixels(self, bindings, batch)
+            ),
+        }
+    }
+    fn separable(&self) -> bool {
+        T::SEPARABLE
+    }
+    fn factors(&self, execution: Execution, bindings: &Bindings<'_>, batch: &mut FactorBatch<'_>) {
+        if !T::SEPARABLE {
+            return;
+        }
+        match execution.width {
+            ShaderWidth::One => axis_factors::<f32, T>((), self, bindings, batch),
+            ShaderWidth::Sixteen => wide_dispatch!(
+                execution.level,
+                simd => axis_factors16(simd, self, bindings, batch),
+                axis_factors::<f32, T>((), self, bindings, batch)
             ),
         }
     }
@@ -279,6 +325,47 @@ fn fragment_pixels<T: FragmentShader>(shader: &T, bindings: &Bindings<'_>, batch
             batch.keep[i] |= u16::from(output.keep || !batch.may_discard) << lane;
             if batch.writes_depth {
                 batch.z[i][lane] = output.depth;
+            }
+        }
+    }
+}
+
+#[simd]
+fn axis_factors16<S: Simd, T: FragmentShader>(simd: S, shader: &T, bindings: &Bindings<'_>, batch: &mut FactorBatch<'_>) {
+    axis_factors::<f32x16<S>, T>(simd, shader, bindings, batch);
+}
+
+/// Sprites whose factors are computed together, at most.
+pub(crate) const FACTOR_ITEMS: usize = 16;
+
+#[inline(always)]
+fn axis_factors<L: Lanes, T: FragmentShader>(token: L::Token, shader: &T, bindings: &Bindings<'_>, batch: &mut FactorBatch<'_>) {
+    let zero = L::splat(token, 0.0);
+    let mut values = [v4(zero, zero, zero, zero); MAX_COLOR_TARGETS];
+    let lanes = L::from_fn(token, |lane| lane as f32 + 0.5);
+    let planes = batch.planes.len();
+    // Sprites of a tile lie far apart in the chunk's data. Everything is fetched first, so that the cache misses overlap.
+    let scalars = batch.source.interpolation.len();
+    let mut starts = [0; FACTOR_ITEMS];
+    for (start, item) in starts.iter_mut().zip(batch.items) {
+        *start = batch.source.primitives[item.primitive as usize].varyings[0] as usize;
+    }
+    let mut flats = [0.0; FACTOR_ITEMS * MAX_VARYINGS];
+    for (flat, &start) in flats.chunks_exact_mut(scalars.max(1)).zip(&starts[..batch.items.len()]) {
+        flat[..scalars].copy_from_slice(&batch.source.varyings[start..start + scalars]);
+    }
+    let flats = flats.chunks_exact(scalars.max(1)).map(|flat| &flat[..scalars]);
+    let factors = batch.factors.chunks_exact_mut(2 * planes * FACTORS);
+    for ((item, flat), factors) in batch.items.iter().zip(flats).zip(factors) {
+        for (axis, factors) in [Axis::X, Axis::Y].into_iter().zip(factors.chunks_exact_mut(planes * FACTORS)) {
+            let number = axis as usize;
+            for start in (0..item.count[number]).step_by(L::LEN) {
+                // Exact: halves of integers far below 2^23.
+                shader.factor(bindings, flat, axis, lanes + (item.first[number] + start as i32) as f32, &mut values);
+                for (&(target, channel), factors) in batch.planes.iter().zip(factors.chunks_exact_mut(FACTORS)) {
+                    let color = values[target];
+                    [color.x, color.y, color.z, color.w][channel].store(&mut factors[start..]);
+                }
             }
         }
     }
