@@ -8,7 +8,7 @@ use nephroid::gpu::{Gpu, adapters};
 use nephroid::passes::compose::LayerUniform;
 use nephroid::passes::downsample::DownsampleUniform;
 use nephroid::passes::filter::KernelUniform;
-use nephroid::passes::light_buffer::LightView;
+use nephroid::passes::light_view::LightView;
 use nephroid::passes::rotating_filter::RotatingUniform;
 use nephroid::pipeline::{Buffer, Device, DeviceOptions};
 

@@ -19,10 +19,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 
 use nephroid_math::lanes::Lanes;
-use nephroid_math::space::{look_to, orthographic, perspective};
 use nephroid_math::vector::{V3, transform_point, v4};
 use nephroid_pipeline::frame::{BindEntry, BindGroupId, BufferId, ColorAttachment, DepthStencilAttachment, Draw, Frame, Pass, TextureId};
 use nephroid_pipeline::shader::{
@@ -35,70 +34,7 @@ use nephroid_pipeline::{BindingKind, Bindings, Buffer, LoadOp, RenderPipelineDes
 use nephroid_scene::{Albedo, Material, PatternUniform};
 
 use super::geometry_buffer::{MaterialKind, ReceiverVertex};
-use super::shadow_map::LightUniform;
-
-/// The view of a point light: a pyramid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pyramid {
-    /// Position of the light, m.
-    pub position_ws: Vec3,
-    /// Axis of the view, of any length above 0.
-    pub axis_ws: Vec3,
-    /// Up direction of the view; must not be parallel to the axis.
-    pub up_ws: Vec3,
-    /// Vertical opening angle, in `(0, π)`.
-    pub fov_y_rad: f32,
-    /// Width over height, above 0.
-    pub aspect: f32,
-    /// Distance of the near plane along the axis, m, above 0.
-    pub near_m: f32,
-    /// Distance of the far plane, m, above `near_m`; may be infinite.
-    pub far_m: f32,
-}
-
-/// Uniform of a light's view.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct LightView {
-    /// Clip space from world space.
-    pub clip_from_world: Mat4,
-    /// Position, m, with w = 1; for parallel light the unit direction of travel, with w = 0.
-    pub position_ws: Vec4,
-}
-
-impl LightView {
-    /// Parallel light: the view is the box `min_ls..max_ls` in light space, m. Light space has its origin at that of world space, looks along −z and
-    /// has `up_ws` up.
-    ///
-    /// `None` if the direction is parallel to `up_ws` or the box is empty.
-    #[must_use]
-    pub fn parallel(direction_ws: Vec3, up_ws: Vec3, min_ls: Vec3, max_ls: Vec3) -> Option<Self> {
-        let clip_from_world = orthographic(min_ls, max_ls)? * look_to(Vec3::ZERO, direction_ws, up_ws)?;
-        Some(Self { clip_from_world, position_ws: direction_ws.normalize().extend(0.0) })
-    }
-
-    /// A point light. `None` if the axis is parallel to `up_ws` or the pyramid is empty.
-    #[must_use]
-    pub fn point(p: &Pyramid) -> Option<Self> {
-        let clip_from_view = perspective(p.fov_y_rad, p.aspect, p.near_m, p.far_m)?;
-        let clip_from_world = clip_from_view * look_to(p.position_ws, p.axis_ws, p.up_ws)?;
-        Some(Self { clip_from_world, position_ws: p.position_ws.extend(1.0) })
-    }
-
-    /// Unit vector along which light travels when it reaches a point.
-    #[inline(always)]
-    fn direction_at<L: Lanes>(&self, p_ws: V3<L>) -> V3<L> {
-        let light = V3::splat(p_ws.x.token(), self.position_ws.truncate());
-        if self.position_ws.w == 0.0 { light } else { (p_ws - light).normalize() }
-    }
-}
-
-/// The view of the shadow map through air.
-impl From<&LightUniform> for LightView {
-    fn from(light: &LightUniform) -> Self {
-        Self { clip_from_world: light.clip_from_world, position_ws: light.position_ws }
-    }
-}
+use super::light_view::LightView;
 
 /// Uniform of a surface: how it interacts with light.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

@@ -5,6 +5,7 @@
 //! - [`light`]: direct light and visibility of each pixel for one light.
 //! - [`shade`]: irradiance to radiance.
 //! - [`water_surface`]: the picture: sky, receivers, and the water in front of them.
+//! - [`light_view`]: views of a light, given or fitted to a box.
 //! - [`light_buffer`]: position, normal, material, refractive index and depth as seen from a light.
 //! - [`filter`] and [`rotating_filter`]: low-pass filters.
 //! - [`downsample`] and [`compose`]: depth for smaller targets, and sums of layers of any size.
@@ -20,6 +21,7 @@ pub mod geometry_buffer;
 pub mod in_scattering;
 pub mod light;
 pub mod light_buffer;
+pub mod light_view;
 pub mod rotating_filter;
 pub mod shade;
 pub mod shadow_map;

@@ -7,7 +7,8 @@ use nephroid::geom::shapes::{Grid, UvSphere};
 use nephroid::pipeline::Texture;
 use nephroid::scene::{Albedo, Material};
 
-use nephroid::passes::light_buffer::{Keep, LightView, Pyramid, SurfaceDraw, SurfaceUniform, add};
+use nephroid::passes::light_buffer::{Keep, SurfaceDraw, SurfaceUniform, add};
+use nephroid::passes::light_view::{LightView, Pyramid};
 use nephroid::passes::shadow_map::LightUniform;
 
 use super::executor;

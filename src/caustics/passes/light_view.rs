@@ -1,0 +1,247 @@
+//! Views of a light: a box for parallel light, a pyramid for a point light; given, or fitted to what they must hold.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, Vec2, Vec3, Vec4};
+
+use nephroid_math::lanes::Lanes;
+use nephroid_math::space::{look_to, orthographic, perspective};
+use nephroid_math::vector::V3;
+use nephroid_scene::Light;
+use nephroid_scene::geom::Aabb;
+
+use super::shadow_map::LightUniform;
+
+/// Share of its size by which a fitted view is larger than what it holds, on each side, so that rounding leaves nothing out.
+const SLACK: f32 = 1.0e-4;
+
+/// Largest tangent of half the opening of a fitted view.
+const MOST_TANGENT: f32 = 8.0;
+
+/// The view of a point light: a pyramid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pyramid {
+    /// Position of the light, m.
+    pub position_ws: Vec3,
+    /// Axis of the view, of any length above 0.
+    pub axis_ws: Vec3,
+    /// Up direction of the view; must not be parallel to the axis.
+    pub up_ws: Vec3,
+    /// Vertical opening angle, in `(0, π)`.
+    pub fov_y_rad: f32,
+    /// Width over height, above 0.
+    pub aspect: f32,
+    /// Distance of the near plane along the axis, m, above 0.
+    pub near_m: f32,
+    /// Distance of the far plane, m, above `near_m`; may be infinite.
+    pub far_m: f32,
+}
+
+/// Uniform of a light's view.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct LightView {
+    /// Clip space from world space.
+    pub clip_from_world: Mat4,
+    /// Position, m, with w = 1; for parallel light the unit direction of travel, with w = 0.
+    pub position_ws: Vec4,
+}
+
+impl LightView {
+    /// Parallel light: the view is the box `min_ls..max_ls` in light space, m. Light space has its origin at that of world space, looks along −z and
+    /// has `up_ws` up.
+    ///
+    /// `None` if the direction is parallel to `up_ws` or the box is empty.
+    #[must_use]
+    pub fn parallel(direction_ws: Vec3, up_ws: Vec3, min_ls: Vec3, max_ls: Vec3) -> Option<Self> {
+        let clip_from_world = orthographic(min_ls, max_ls)? * look_to(Vec3::ZERO, direction_ws, up_ws)?;
+        Some(Self { clip_from_world, position_ws: direction_ws.normalize().extend(0.0) })
+    }
+
+    /// A point light. `None` if the axis is parallel to `up_ws` or the pyramid is empty.
+    #[must_use]
+    pub fn point(p: &Pyramid) -> Option<Self> {
+        let clip_from_view = perspective(p.fov_y_rad, p.aspect, p.near_m, p.far_m)?;
+        let clip_from_world = clip_from_view * look_to(p.position_ws, p.axis_ws, p.up_ws)?;
+        Some(Self { clip_from_world, position_ws: p.position_ws.extend(1.0) })
+    }
+
+    /// Unit vector along which light travels when it reaches a point.
+    #[inline(always)]
+    pub fn direction_at<L: Lanes>(&self, p_ws: V3<L>) -> V3<L> {
+        let light = V3::splat(p_ws.x.token(), self.position_ws.truncate());
+        if self.position_ws.w == 0.0 { light } else { (p_ws - light).normalize() }
+    }
+}
+
+/// The view of the shadow map through air.
+impl From<&LightUniform> for LightView {
+    fn from(light: &LightUniform) -> Self {
+        Self { clip_from_world: light.clip_from_world, position_ws: light.position_ws }
+    }
+}
+
+/// The smallest view of a light that holds a box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FittedView {
+    /// The view.
+    pub view: LightView,
+    /// Unit vector along its axis.
+    pub axis_ws: Vec3,
+    /// Width and height: m for parallel light, on the plane at distance 1 along the axis for a point light.
+    pub extent: Vec2,
+}
+
+impl FittedView {
+    /// Parallel light looks along its direction; a point light, and a spot whatever its cone, looks at the middle of the box.
+    ///
+    /// `None` if the box is empty, or if a point light is inside of it or so near that the view would open by more than some 165 degrees.
+    #[must_use]
+    pub fn new(light: &Light, bounds: Aabb) -> Option<Self> {
+        if bounds.is_empty() {
+            return None;
+        }
+        let axis_ws = light.incident(bounds.center()).direction_ws.try_normalize()?;
+        let up_ws = if axis_ws.y.abs() > 0.9 { Vec3::X } else { Vec3::Y };
+        match *light {
+            Light::Directional { .. } => {
+                let seen = bounds.transformed(look_to(Vec3::ZERO, axis_ws, up_ws)?);
+                let seen = seen.expanded((seen.size().max_element() * SLACK).max(f32::MIN_POSITIVE));
+                let (min_ls, max_ls) = (seen.center() - seen.size() * 0.5, seen.center() + seen.size() * 0.5);
+                let view = LightView::parallel(axis_ws, up_ws, min_ls, max_ls)?;
+                Some(Self { view, axis_ws, extent: (max_ls - min_ls).truncate() })
+            }
+            Light::Point { position, .. } | Light::Spot { position, .. } => {
+                let view_from_world = look_to(position, axis_ws, up_ws)?;
+                let corners = bounds.corners().map(|corner| view_from_world.transform_point3(corner));
+                let distances = corners.map(|corner| -corner.z);
+                let near_m = distances.into_iter().fold(f32::INFINITY, f32::min);
+                let far_m = distances.into_iter().fold(0.0, f32::max);
+                let tangent =
+                    |side: fn(Vec3) -> f32| corners.iter().fold(0.0, |most: f32, &p| most.max(side(p).abs() / -p.z)) * (1.0 + SLACK);
+                let half = Vec2::new(tangent(|p| p.x), tangent(|p| p.y)).max(Vec2::splat(SLACK));
+                // The negated form is false for NaN.
+                if !(near_m > 0.0 && half.max_element() <= MOST_TANGENT) {
+                    return None;
+                }
+                let pyramid = Pyramid {
+                    position_ws: position,
+                    axis_ws,
+                    up_ws,
+                    fov_y_rad: 2.0 * libm::atanf(half.y),
+                    aspect: half.x / half.y,
+                    near_m: near_m * (1.0 - 10.0 * SLACK),
+                    far_m: far_m * (1.0 + 10.0 * SLACK),
+                };
+                Some(Self { view: LightView::point(&pyramid)?, axis_ws, extent: half * 2.0 })
+            }
+        }
+    }
+
+    /// Whether the light is a point, so that the view is a pyramid.
+    #[must_use]
+    pub fn is_point(&self) -> bool {
+        self.view.position_ws.w != 0.0
+    }
+
+    /// Area of one of `size` texels: m² across parallel light; for a point light on the plane at distance 1, where the texel's solid angle is this area
+    /// times the cube of the cosine between its ray and the axis.
+    #[must_use]
+    pub fn texel_area(&self, size: (u32, u32)) -> f32 {
+        self.extent.x / size.0 as f32 * (self.extent.y / size.1 as f32)
+    }
+
+    /// Area across the light's ray to a point that a texel of this `texel_area` covers there, m².
+    #[inline(always)]
+    pub fn area_at<L: Lanes>(&self, texel_area: f32, p_ws: V3<L>) -> L {
+        if !self.is_point() {
+            return p_ws.x.like(texel_area);
+        }
+        // ω·r² = a·cos³θ·r² = a·z³/r, with z = r·cos θ.
+        let to = p_ws - V3::splat(p_ws.x.token(), self.view.position_ws.truncate());
+        let along = to.dot(V3::splat(p_ws.x.token(), self.axis_ws));
+        along * along * along * texel_area / to.length()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nephroid_math::vector::v3;
+    use nephroid_scene::Aim;
+
+    use super::*;
+
+    fn sun(along: Vec3) -> Light {
+        Light::Directional { aim: Aim::Along(along), irradiance: Vec3::ONE }
+    }
+
+    fn lamp(position: Vec3) -> Light {
+        Light::Point { position, intensity: Vec3::ONE }
+    }
+
+    fn boxes() -> [Aabb; 3] {
+        [
+            Aabb::from_corners(Vec3::new(-1.0, 0.0, -2.0), Vec3::new(1.0, 0.5, 3.0)),
+            Aabb::from_corners(Vec3::new(40.0, 7.0, -60.0), Vec3::new(40.1, 7.4, -59.8)),
+            // A floor: one side is zero.
+            Aabb::from_corners(Vec3::new(-6.0, 0.0, -6.0), Vec3::new(6.0, 0.0, 6.0)),
+        ]
+    }
+
+    fn lights() -> Vec<Light> {
+        let suns = [Vec3::NEG_Y, Vec3::X, Vec3::new(0.3, -1.0, 0.2), Vec3::new(-0.5, 0.7, 0.1)].map(sun);
+        suns.into_iter().chain([Vec3::new(0.0, 9.0, 0.0), Vec3::new(-20.0, 4.0, 3.0), Vec3::new(90.0, -30.0, 5.0)].map(lamp)).collect()
+    }
+
+    #[test]
+    fn a_fitted_view_holds_its_box_and_little_more() {
+        for light in lights() {
+            for bounds in boxes() {
+                let fitted = FittedView::new(&light, bounds).expect("a view");
+                let (mut least, mut most) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+                for corner in bounds.corners() {
+                    let clip = fitted.view.clip_from_world * corner.extend(1.0);
+                    let ndc = clip.truncate() / clip.w;
+                    assert!(ndc.truncate().abs().max_element() <= 1.0 && (0.0..=1.0).contains(&ndc.z), "{light:?} {bounds:?}: {ndc}");
+                    (least, most) = (least.min(ndc), most.max(ndc));
+                }
+                // Each side of the view is touched, but for a side of no extent.
+                let touched = most.truncate().max(-least.truncate());
+                assert!(touched.min_element() > 0.98 || bounds.size().min_element() == 0.0, "{light:?} {bounds:?}: {least} {most}");
+            }
+        }
+    }
+
+    /// The solid angle of a pyramid with tangents a and b of half its openings is 4·asin(ab/√((1+a²)(1+b²))); the area of a box is that of its face.
+    #[test]
+    fn texels_add_up_to_the_view() {
+        for light in lights() {
+            let fitted = FittedView::new(&light, boxes()[0]).expect("a view");
+            let size = (96, 64);
+            let area = fitted.texel_area(size);
+            let world_from_clip = fitted.view.clip_from_world.inverse();
+            let mut sum = 0.0;
+            for y in 0..size.1 {
+                for x in 0..size.0 {
+                    let ndc = Vec3::new((x as f32 + 0.5) / 48.0 - 1.0, (y as f32 + 0.5) / 32.0 - 1.0, 0.5);
+                    let p = world_from_clip.project_point3(ndc);
+                    let across = fitted.area_at(area, v3(p.x, p.y, p.z));
+                    let squared = if fitted.is_point() { p.distance_squared(fitted.view.position_ws.truncate()) } else { 1.0 };
+                    sum += f64::from(across / squared);
+                }
+            }
+            let [a, b] = (fitted.extent * 0.5).as_dvec2().to_array();
+            let pyramid = 4.0 * libm::asin(a * b / ((1.0 + a * a) * (1.0 + b * b)).sqrt());
+            let expected = if fitted.is_point() { pyramid } else { 4.0 * a * b };
+            assert!((sum / expected - 1.0).abs() < 1.0e-3, "{light:?}: {sum} {expected}");
+        }
+    }
+
+    #[test]
+    fn a_light_inside_of_the_box_and_an_empty_box_have_no_view() {
+        let bounds = boxes()[0];
+        for position in [Vec3::new(0.0, 0.2, 0.0), Vec3::new(0.0, 0.51, 0.0), Vec3::new(0.9, 0.1, 2.9)] {
+            assert_eq!(FittedView::new(&lamp(position), bounds), None, "{position}");
+        }
+        assert_eq!(FittedView::new(&sun(Vec3::NEG_Y), Aabb::EMPTY), None);
+    }
+}
