@@ -119,7 +119,7 @@ impl FittedView {
                 let tangent =
                     |side: fn(Vec3) -> f32| corners.iter().fold(0.0, |most: f32, &p| most.max(side(p).abs() / -p.z)) * (1.0 + SLACK);
                 let half = Vec2::new(tangent(|p| p.x), tangent(|p| p.y)).max(Vec2::splat(SLACK));
-                // The negated form is false for NaN.
+                // Written so that NaN gives no view.
                 if !(near_m > 0.0 && half.max_element() <= MOST_TANGENT) {
                     return None;
                 }

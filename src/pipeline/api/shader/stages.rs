@@ -187,6 +187,9 @@ pub struct ShadeBatch<'a> {
 /// Pixels along each axis for which a sprite's factors have room: those of a tile.
 pub(crate) const FACTORS: usize = TILE;
 
+/// Most sprites of a [`FactorBatch`].
+pub(crate) const FACTOR_ITEMS: usize = 16;
+
 /// A sprite, or the part of it in a tile.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct FactorItem {
@@ -334,9 +337,6 @@ fn fragment_pixels<T: FragmentShader>(shader: &T, bindings: &Bindings<'_>, batch
 fn axis_factors16<S: Simd, T: FragmentShader>(simd: S, shader: &T, bindings: &Bindings<'_>, batch: &mut FactorBatch<'_>) {
     axis_factors::<f32x16<S>, T>(simd, shader, bindings, batch);
 }
-
-/// Sprites whose factors are computed together, at most.
-pub(crate) const FACTOR_ITEMS: usize = 16;
 
 #[inline(always)]
 fn axis_factors<L: Lanes, T: FragmentShader>(token: L::Token, shader: &T, bindings: &Bindings<'_>, batch: &mut FactorBatch<'_>) {
