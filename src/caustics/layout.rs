@@ -10,7 +10,7 @@ use super::passes::environment::EnvironmentUniform;
 use super::passes::filter::KernelUniform;
 use super::passes::geometry_buffer::{MaterialUniform, ReceiverVertex};
 use super::passes::light_buffer::SurfaceUniform;
-use super::passes::light_view::LightView;
+use super::passes::light_view::{LightView, TexelView};
 use super::passes::rotating_filter::RotatingUniform;
 use super::passes::shadow_map::LightUniform;
 use super::passes::water_surface::WaterVertex;
@@ -51,6 +51,7 @@ pub fn shared() -> Vec<Layout> {
         layout!(LightUniform: clip_from_world, position_ws, intensity, spot, water, entry, refracted),
         layout!(Beam: g, d, flux),
         layout!(LightView: clip_from_world, position_ws),
+        layout!(TexelView: view, axis_ws, size_tx),
         layout!(SurfaceUniform: pattern, optics),
         layout!(KernelUniform: weights, step),
         layout!(RotatingUniform: taps, rotations, count),

@@ -17,13 +17,15 @@ pub mod passes;
 pub mod readback;
 mod receivers;
 mod renderer;
+mod surfaces;
 mod table;
+mod tally;
 mod technique;
 
 pub use error::RenderError;
 pub use features::Feature;
 pub use layout::Layout;
-pub use output::{LayerSource, Resolve, TechniqueFrame};
+pub use output::{LayerSource, Resolve, Tally, TechniqueFrame};
 pub use receivers::{ReceiverGroup, Receivers};
 pub use renderer::{RenderOptions, Rendered, Renderer};
 pub use table::Techniques;
@@ -34,5 +36,6 @@ techniques! {
     pub const TECHNIQUES = [
         caustic_volumes,
         light_volumes,
+        splatting,
     ];
 }

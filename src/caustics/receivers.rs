@@ -28,8 +28,7 @@ pub struct ReceiverGroup {
 pub struct Receivers {
     /// World-space mesh of all objects, one after the other.
     pub mesh: Mesh,
-    /// The mesh's vertices as [`ReceiverVertex`], for shaders. Without vertices there is one unused element, because a storage binding has at least
-    /// one.
+    /// The mesh's vertices as [`ReceiverVertex`], for shaders.
     pub vertices: Arc<Buffer>,
     /// The mesh's 32-bit indices, for draws.
     pub indices: Arc<Buffer>,
@@ -62,12 +61,8 @@ impl Receivers {
         if let Some(water) = &scene.water {
             find_submerged(&all, &mut groups, water);
         }
-        let mut vertices: Vec<ReceiverVertex> = all.positions.iter().zip(&all.normals).map(|(&p, &n)| receiver_vertex(p, n)).collect();
-        if vertices.is_empty() {
-            vertices.push(receiver_vertex(Vec3::ZERO, Vec3::Y));
-        }
         Ok(Self {
-            vertices: Arc::new(Buffer::from_slice(&vertices)),
+            vertices: Arc::new(Buffer::from_slice(&vertices_of(&all))),
             indices: Arc::new(Buffer::from_slice(&all.indices)),
             groups,
             bounds: all.bounds(),
@@ -97,6 +92,15 @@ impl Receivers {
         let first = first as usize;
         [0, 1, 2].map(|k| self.mesh.positions[self.mesh.indices[first + k] as usize])
     }
+}
+
+/// A mesh's vertices for shaders. Without vertices there is one unused element, because a storage binding has at least one.
+pub(crate) fn vertices_of(mesh: &Mesh) -> Vec<ReceiverVertex> {
+    let mut vertices: Vec<ReceiverVertex> = mesh.positions.iter().zip(&mesh.normals).map(|(&p, &n)| receiver_vertex(p, n)).collect();
+    if vertices.is_empty() {
+        vertices.push(receiver_vertex(Vec3::ZERO, Vec3::Y));
+    }
+    vertices
 }
 
 fn receiver_vertex(position: Vec3, normal: Vec3) -> ReceiverVertex {

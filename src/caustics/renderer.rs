@@ -6,7 +6,7 @@ use nephroid_pipeline::{Device, DeviceOptions, PassOutput};
 use nephroid_scene::Scene;
 
 use super::technique::{Builder, Technique};
-use super::{RenderError, TECHNIQUES, TechniqueFrame, Techniques, layers};
+use super::{RenderError, TECHNIQUES, TechniqueFrame, Techniques, layers, tally};
 
 /// Options of rendering.
 #[derive(Clone, Debug)]
@@ -117,13 +117,16 @@ impl Renderer {
         let output = self.executor.run(&built.frame, observer)?;
         let names = self.layers.as_deref();
         let layers = output.device.install(|| layers::extract(&built, &output, names))?;
+        let (tallied, audited) = tally::count(&built.tallies, &output);
         let mut counters = built.counters;
+        counters.extend(tallied);
         let mut passes = Vec::with_capacity(output.passes.len());
         for (pass, result) in built.frame.passes.iter().zip(output.passes) {
             counters.extend(result.statistics.named().iter().filter(|c| c.1 > 0).map(|c| (format!("{}/{}", pass.label, c.0), c.1)));
             passes.push((pass.label.clone(), result));
         }
-        Ok(Rendered { layers, counters, audit: built.audit, passes })
+        let audit = built.audit.into_iter().chain(audited).collect();
+        Ok(Rendered { layers, counters, audit, passes })
     }
 
     /// Runs a frame without reading results back, to measure its cost. Returns the frame.

@@ -61,7 +61,7 @@ pub fn frame() -> Frame {
     let still = Quat::IDENTITY;
     let draws = [
         surface(&mut frame, &floor, (still, Vec3::ZERO), (&checker).into()),
-        surface(&mut frame, &ball, (still, Vec3::new(0.6, 1.0, 0.1)), SurfaceUniform::refracting(1.5)),
+        surface(&mut frame, &ball, (still, Vec3::new(0.6, 1.0, 0.1)), SurfaceUniform::glass(1.5, Vec3::ZERO)),
         surface(&mut frame, &block, (still, Vec3::new(-1.0, 0.3, -0.3)), (&mirror).into()),
     ];
     let pyramid = Pyramid {

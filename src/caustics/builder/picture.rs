@@ -51,6 +51,7 @@ impl FrameBuilder<'_> {
             samples: self.view.samples,
             audit: Vec::new(),
             counters: Vec::new(),
+            tallies: Vec::new(),
             seconds: Vec::new(),
         }
     }

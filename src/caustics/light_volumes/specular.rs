@@ -4,18 +4,16 @@
 //! it has left mirrors and glass for good; its beam starts there. Where glass splits the light, both parts are followed. Three vertices make a beam
 //! if their light has taken the same path: the same events at the same smooth pieces of surface.
 
-mod paths;
-
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::RenderError;
 use crate::beams::{Beam, LightBeams, NONE, comes_first};
+use crate::surfaces::{Path, Surfaces};
 use nephroid_scene::geom::{Aabb, Mesh};
 use nephroid_scene::{Light, Material, Radiometry, Scene};
 
 use super::{LightVolumesError, MAX_BEAMS};
-use paths::{Path, Surfaces};
 
 /// All surfaces of the scene, and the generators among them.
 pub struct Specular {

@@ -37,6 +37,8 @@ pub enum MaterialKind {
     Mirror = 1,
     /// Glass.
     Dielectric = 2,
+    /// The surface of the water, in light buffers.
+    Water = 3,
 }
 
 /// Uniform of a receiver's material.

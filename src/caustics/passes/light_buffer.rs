@@ -8,11 +8,12 @@
 //! |---|---|---|---|
 //! | `position` | Rgba32Float | world space, m | 1 |
 //! | `normal` | Rgba32Float | world space, unit, against the light | 1 + [`MaterialKind`] |
-//! | `material` | Rgba32Float | albedo, reflectance of a mirror, or 1 for a refracting surface | refractive index behind the surface over the one in front of it; 0 for an opaque surface |
+//! | `material` | Rgba32Float | albedo, reflectance of a mirror, or absorption of a refracting body, 1/m | refractive index behind the surface over the one in front of it; 0 for an opaque surface |
+//! | `curvature` | R32Float | what the vertices have in `normal_ws.w`, such as a mean curvature, 1/m, above 0 where the surface bulges towards the light | |
 //! | `depth` | Depth32Float | 0..=1, near to far, of the view's projection; where the light meets no surface, 1 for nearest surfaces, 0 for farthest | |
 //!
-//! If the light meets a surface from behind, it is inside of the body or under the water: the normal is turned and the index ratio inverted. The
-//! caller chooses the surfaces: receivers, mirrors and glass, a water surface, together or in separate buffers. Faces are drawn on both sides. Not
+//! If the light meets a surface from behind, it is inside of the body or under the water: the normal is turned, the index ratio inverted and the
+//! curvature's sign changed. The caller chooses the surfaces: receivers, mirrors and glass, a water surface, together or in separate buffers. Faces are drawn on both sides. Not
 //! supported: surfaces between the nearest and the farthest.
 
 use std::ops::Range;
@@ -40,7 +41,7 @@ use super::light_view::LightView;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SurfaceUniform {
-    /// Albedo, or reflectance of a mirror.
+    /// Albedo, reflectance of a mirror, or absorption of a refracting body, 1/m.
     pub pattern: PatternUniform,
     /// x: 1 + [`MaterialKind`]. y, z: refractive index of the inside, and its inverse; 0 and 0 for an opaque surface.
     pub optics: Vec4,
@@ -51,10 +52,16 @@ impl SurfaceUniform {
         Self { pattern: albedo.into(), optics: Vec4::new(1.0 + kind as u8 as f32, inside, outside, 0.0) }
     }
 
-    /// The boundary of a body with this refractive index, above 0: glass, or, for a mesh whose normals point up, water.
+    /// The boundary of a body of glass with this refractive index, above 0, and this absorption, 1/m.
     #[must_use]
-    pub fn refracting(ior: f32) -> Self {
-        Self::new(&Albedo::Solid(Vec3::ONE), MaterialKind::Dielectric, [ior, 1.0 / ior])
+    pub fn glass(ior: f32, absorption: Vec3) -> Self {
+        Self::new(&Albedo::Solid(absorption), MaterialKind::Dielectric, [ior, 1.0 / ior])
+    }
+
+    /// The surface of water of this refractive index, above 0: a mesh whose normals point up.
+    #[must_use]
+    pub fn water(ior: f32) -> Self {
+        Self::new(&Albedo::Solid(Vec3::ZERO), MaterialKind::Water, [ior, 1.0 / ior])
     }
 }
 
@@ -63,7 +70,7 @@ impl From<&Material> for SurfaceUniform {
         match material {
             Material::Diffuse { albedo } => Self::new(albedo, MaterialKind::Diffuse, [0.0; 2]),
             Material::Mirror { reflectance } => Self::new(&Albedo::Solid(*reflectance), MaterialKind::Mirror, [0.0; 2]),
-            Material::Dielectric { ior, .. } => Self::refracting(*ior),
+            Material::Dielectric { ior, absorption, .. } => Self::glass(*ior, *absorption),
         }
     }
 }
@@ -99,6 +106,8 @@ pub struct LightBuffer {
     pub normal: TextureId,
     /// Albedo and relative refractive index.
     pub material: TextureId,
+    /// Curvature.
+    pub curvature: TextureId,
     /// Depth.
     pub depth: TextureId,
 }
@@ -113,13 +122,14 @@ pub const BINDINGS: [BindingKind; 3] = [
 /// The program.
 #[must_use]
 pub fn program() -> Arc<Program> {
-    let varying = |name| Varying { name, components: 3, interpolation: Interpolation::Perspective };
+    let varying = |name, components| Varying { name, components, interpolation: Interpolation::Perspective };
     Arc::new(Program {
-        varyings: vec![varying("position_ws"), varying("normal_ws")],
+        varyings: vec![varying("position_ws", 3), varying("normal_ws", 4)],
         bindings: BINDINGS.to_vec(),
         wgsl: Some(concat!(
             include_str!("../../scene/pattern.wgsl"),
             include_str!("receiver_vertex.wgsl"),
+            include_str!("light_view.wgsl"),
             include_str!("light_buffer.wgsl")
         )),
         ..Program::new("light_buffer", Vertex, Fragment)
@@ -134,10 +144,11 @@ impl VertexShader for Vertex {
         let view: &LightView = bindings.uniform(0);
         let vertices: &[ReceiverVertex] = bindings.storage(1);
         let position = input.per_vertex4(|i| vertices.get(i as usize).map_or([0.0; 4], |v| v.position_ws.to_array())).xyz();
-        let normal = input.per_vertex4(|i| vertices.get(i as usize).map_or([0.0; 4], |v| v.normal_ws.to_array())).xyz();
+        let normal = input.per_vertex4(|i| vertices.get(i as usize).map_or([0.0; 4], |v| v.normal_ws.to_array()));
         output.position = transform_point(&view.clip_from_world, position);
         output.set3(0, position);
-        output.set3(3, normal);
+        output.set3(3, normal.xyz());
+        output.varyings[6] = normal.w;
     }
 }
 
@@ -160,10 +171,12 @@ impl FragmentShader for Fragment {
         output.color[0] = v4(position.x, position.y, position.z, one);
         output.color[1] = v4(normal.x, normal.y, normal.z, one.like(surface.optics.x));
         output.color[2] = v4(albedo.x, albedo.y, albedo.z, index);
+        let curvature = input.varying(6);
+        output.color[3] = v4(L::select(from_behind, -curvature, curvature), zero, zero, zero);
     }
 }
 
-/// Adds a pass named `label` and its targets `{label} position`, `{label} normal`, `{label} material` and `{label} depth`, of `size` texels.
+/// Adds a pass named `label` and its targets `{label} position`, `{label} normal`, `{label} material`, `{label} curvature` and `{label} depth`, of `size` texels.
 ///
 /// Of surfaces at equal depth, the first one drawn is kept.
 pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), keep: Keep, draws: &[SurfaceDraw]) -> LightBuffer {
@@ -177,11 +190,12 @@ pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), k
         position: target("position", format),
         normal: target("normal", format),
         material: target("material", format),
+        curvature: target("curvature", TextureFormat::R32Float),
         depth: target("depth", TextureFormat::Depth32Float),
     };
-    let state = Some(ColorTargetState { format, blend: None, write_mask: ColorWrites::ALL });
+    let state = |format| Some(ColorTargetState { format, blend: None, write_mask: ColorWrites::ALL });
     let pipeline = frame.pipeline(RenderPipelineDescriptor {
-        targets: vec![state.clone(), state.clone(), state],
+        targets: vec![state(format), state(format), state(format), state(TextureFormat::R32Float)],
         depth_stencil: Some(DepthStencilState {
             format: TextureFormat::Depth32Float,
             depth_write_enabled: Some(true),
@@ -213,7 +227,7 @@ pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), k
         });
     }
     let load = LoadOp::Clear(Color { r: 0.0, g: 0.0, b: 0.0, a: 0.0 });
-    let targets = [buffer.position, buffer.normal, buffer.material];
+    let targets = [buffer.position, buffer.normal, buffer.material, buffer.curvature];
     frame.passes.push(Pass {
         label: label.to_owned(),
         color: targets.map(|texture| Some(ColorAttachment { view: texture.into(), load })).to_vec(),

@@ -1,10 +1,5 @@
 // A light's view of the surfaces: the twin of `light_buffer.rs`.
 
-struct LightView {
-    clip_from_world: mat4x4<f32>,
-    position_ws: vec4<f32>,
-}
-
 struct SurfaceUniform {
     pattern: PatternUniform,
     optics: vec4<f32>,
@@ -17,38 +12,32 @@ struct SurfaceUniform {
 struct Varyings {
     @builtin(position) position: vec4<f32>,
     @location(0) position_ws: vec3<f32>,
-    @location(1) normal_ws: vec3<f32>,
+    @location(1) normal_ws: vec4<f32>,
 }
 
 struct Targets {
     @location(0) position: vec4<f32>,
     @location(1) normal: vec4<f32>,
     @location(2) material: vec4<f32>,
+    @location(3) curvature: f32,
 }
 
 @vertex
 fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
     let vertex = vertices[vertex_index];
     let clip = view.clip_from_world * vec4<f32>(vertex.position_ws.xyz, 1.0);
-    return Varyings(clip, vertex.position_ws.xyz, vertex.normal_ws.xyz);
-}
-
-// Unit vector along which light travels when it reaches a point.
-fn direction_at(p_ws: vec3<f32>) -> vec3<f32> {
-    if view.position_ws.w == 0.0 {
-        return view.position_ws.xyz;
-    }
-    return normalize(p_ws - view.position_ws.xyz);
+    return Varyings(clip, vertex.position_ws.xyz, vertex.normal_ws);
 }
 
 @fragment
 fn fs(in: Varyings) -> Targets {
-    var normal = normalize(in.normal_ws);
-    let from_behind = dot(normal, direction_at(in.position_ws)) > 0.0;
+    var normal = normalize(in.normal_ws.xyz);
+    let from_behind = dot(normal, direction_at(view, in.position_ws)) > 0.0;
     if from_behind {
         normal = -normal;
     }
     let albedo = pattern_at(surface.pattern, in.position_ws, normal);
     let index = select(surface.optics.y, surface.optics.z, from_behind);
-    return Targets(vec4<f32>(in.position_ws, 1.0), vec4<f32>(normal, surface.optics.x), vec4<f32>(albedo, index));
+    let curvature = select(in.normal_ws.w, -in.normal_ws.w, from_behind);
+    return Targets(vec4<f32>(in.position_ws, 1.0), vec4<f32>(normal, surface.optics.x), vec4<f32>(albedo, index), curvature);
 }

@@ -5,7 +5,7 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use nephroid_math::lanes::Lanes;
 use nephroid_math::space::{look_to, orthographic, perspective};
-use nephroid_math::vector::V3;
+use nephroid_math::vector::{V2, V3, transform_point, v2};
 use nephroid_scene::Light;
 use nephroid_scene::geom::Aabb;
 
@@ -35,6 +35,9 @@ pub struct Pyramid {
     /// Distance of the far plane, m, above `near_m`; may be infinite.
     pub far_m: f32,
 }
+
+/// Least distance of the near plane of a point light from which occluders are drawn, over the distance of the box that is viewed.
+const LEAST_NEAR: f32 = 1.0e-3;
 
 /// Uniform of a light's view.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -80,7 +83,7 @@ impl From<&LightUniform> for LightView {
     }
 }
 
-/// The smallest view of a light that holds a box.
+/// The smallest view of a light that holds a box, or points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FittedView {
     /// The view.
@@ -97,6 +100,14 @@ impl FittedView {
     /// `None` if the box is empty, or if a point light is inside of it or so near that the view would open by more than some 165 degrees.
     #[must_use]
     pub fn new(light: &Light, bounds: Aabb) -> Option<Self> {
+        if bounds.is_empty() { None } else { Self::of_points(light, &bounds.corners(), Aabb::EMPTY) }
+    }
+
+    /// The smallest view that holds points, which may be less than that of their box; with a near plane so near to the light that what is in
+    /// `occluders`, if that is not empty, hides them.
+    #[must_use]
+    pub fn of_points(light: &Light, points: &[Vec3], occluders: Aabb) -> Option<Self> {
+        let bounds = Aabb::from_points(points.iter().copied());
         if bounds.is_empty() {
             return None;
         }
@@ -104,25 +115,31 @@ impl FittedView {
         let up_ws = if axis_ws.y.abs() > 0.9 { Vec3::X } else { Vec3::Y };
         match *light {
             Light::Directional { .. } => {
-                let seen = bounds.transformed(look_to(Vec3::ZERO, axis_ws, up_ws)?);
+                let light_from_world = look_to(Vec3::ZERO, axis_ws, up_ws)?;
+                let seen = Aabb::from_points(points.iter().map(|&p| light_from_world.transform_point3(p)));
                 let seen = seen.expanded((seen.size().max_element() * SLACK).max(f32::MIN_POSITIVE));
-                let (min_ls, max_ls) = (seen.center() - seen.size() * 0.5, seen.center() + seen.size() * 0.5);
+                let (min_ls, mut max_ls) = (seen.center() - seen.size() * 0.5, seen.center() + seen.size() * 0.5);
+                if !occluders.is_empty() {
+                    max_ls.z = max_ls.z.max(occluders.transformed(light_from_world).max.z);
+                }
                 let view = LightView::parallel(axis_ws, up_ws, min_ls, max_ls)?;
                 Some(Self { view, axis_ws, extent: (max_ls - min_ls).truncate() })
             }
             Light::Point { position, .. } | Light::Spot { position, .. } => {
                 let view_from_world = look_to(position, axis_ws, up_ws)?;
-                let corners = bounds.corners().map(|corner| view_from_world.transform_point3(corner));
-                let distances = corners.map(|corner| -corner.z);
-                let near_m = distances.into_iter().fold(f32::INFINITY, f32::min);
-                let far_m = distances.into_iter().fold(0.0, f32::max);
+                let seen: Vec<Vec3> = points.iter().map(|&p| view_from_world.transform_point3(p)).collect();
+                let near_m = seen.iter().fold(f32::INFINITY, |near, p| near.min(-p.z));
+                let far_m = seen.iter().fold(0.0, |far: f32, p| far.max(-p.z));
                 let tangent =
-                    |side: fn(Vec3) -> f32| corners.iter().fold(0.0, |most: f32, &p| most.max(side(p).abs() / -p.z)) * (1.0 + SLACK);
+                    |side: fn(Vec3) -> f32| seen.iter().fold(0.0, |most: f32, &p| most.max(side(p).abs() / -p.z)) * (1.0 + SLACK);
                 let half = Vec2::new(tangent(|p| p.x), tangent(|p| p.y)).max(Vec2::splat(SLACK));
                 // Written so that NaN gives no view.
                 if !(near_m > 0.0 && half.max_element() <= MOST_TANGENT) {
                     return None;
                 }
+                let occluders = if occluders.is_empty() { Vec::new() } else { occluders.corners().to_vec() };
+                let nearest = occluders.iter().fold(near_m, |near, &p| near.min(-view_from_world.transform_point3(p).z));
+                let near_m = nearest.max(near_m * LEAST_NEAR);
                 let pyramid = Pyramid {
                     position_ws: position,
                     axis_ws,
@@ -143,23 +160,56 @@ impl FittedView {
         self.view.position_ws.w != 0.0
     }
 
-    /// Area of one of `size` texels: m² across parallel light; for a point light on the plane at distance 1, where the texel's solid angle is this area
-    /// times the cube of the cosine between its ray and the axis.
+    /// Width and height of about `side²` texels that are about square.
     #[must_use]
-    pub fn texel_area(&self, size: (u32, u32)) -> f32 {
-        self.extent.x / size.0 as f32 * (self.extent.y / size.1 as f32)
+    pub fn square_texels(&self, side: u32) -> (u32, u32) {
+        let longer = f64::from(self.extent.x / self.extent.y).sqrt().clamp(0.25, 4.0);
+        let round = |length: f64| (f64::from(side) * length).round().max(1.0) as u32;
+        (round(longer), round(1.0 / longer))
+    }
+}
+
+/// A fitted view of so many texels, as a uniform.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct TexelView {
+    /// The view.
+    pub view: LightView,
+    /// x, y, z: unit vector along the axis. w: area of a texel, m² across parallel light; for a point light on the plane at distance 1, where the
+    /// texel's solid angle is this area times the cube of the cosine between its ray and the axis.
+    pub axis_ws: Vec4,
+    /// Width and height in texels, and their inverses.
+    pub size_tx: Vec4,
+}
+
+impl TexelView {
+    /// A view of `size` texels.
+    #[must_use]
+    pub fn new(fitted: &FittedView, (width, height): (u32, u32)) -> Self {
+        let size = Vec2::new(width as f32, height as f32);
+        let texel = fitted.extent / size;
+        Self { view: fitted.view, axis_ws: fitted.axis_ws.extend(texel.x * texel.y), size_tx: Vec4::new(size.x, size.y, 1.0 / size.x, 1.0 / size.y) }
     }
 
-    /// Area across the light's ray to a point that a texel of this `texel_area` covers there, m².
+    /// Area across the light's ray to a point that a texel covers there, m².
     #[inline(always)]
-    pub fn area_at<L: Lanes>(&self, texel_area: f32, p_ws: V3<L>) -> L {
-        if !self.is_point() {
-            return p_ws.x.like(texel_area);
+    pub fn area_at<L: Lanes>(&self, p_ws: V3<L>) -> L {
+        let area = self.axis_ws.w;
+        if self.view.position_ws.w == 0.0 {
+            return p_ws.x.like(area);
         }
         // ω·r² = a·cos³θ·r² = a·z³/r, with z = r·cos θ.
         let to = p_ws - V3::splat(p_ws.x.token(), self.view.position_ws.truncate());
-        let along = to.dot(V3::splat(p_ws.x.token(), self.axis_ws));
-        along * along * along * texel_area / to.length()
+        let along = to.dot(V3::splat(p_ws.x.token(), self.axis_ws.truncate()));
+        along * along * along * area / to.length()
+    }
+
+    /// Texel coordinates (y down) of a point; infinite or NaN in the plane of a point light.
+    #[inline(always)]
+    pub fn texel_at<L: Lanes>(&self, p_ws: V3<L>) -> V2<L> {
+        let clip = transform_point(&self.view.clip_from_world, p_ws);
+        let inv_w = clip.w.like(1.0) / clip.w;
+        v2((clip.x * inv_w * 0.5 + 0.5) * self.size_tx.x, (-(clip.y * inv_w) * 0.5 + 0.5) * self.size_tx.y)
     }
 }
 
@@ -217,15 +267,18 @@ mod tests {
         for light in lights() {
             let fitted = FittedView::new(&light, boxes()[0]).expect("a view");
             let size = (96, 64);
-            let area = fitted.texel_area(size);
+            let texels = TexelView::new(&fitted, size);
             let world_from_clip = fitted.view.clip_from_world.inverse();
             let mut sum = 0.0;
             for y in 0..size.1 {
                 for x in 0..size.0 {
                     let ndc = Vec3::new((x as f32 + 0.5) / 48.0 - 1.0, (y as f32 + 0.5) / 32.0 - 1.0, 0.5);
                     let p = world_from_clip.project_point3(ndc);
-                    let across = fitted.area_at(area, v3(p.x, p.y, p.z));
-                    let squared = if fitted.is_point() { p.distance_squared(fitted.view.position_ws.truncate()) } else { 1.0 };
+                    let p = v3(p.x, p.y, p.z);
+                    let (across, at) = (texels.area_at(p), texels.texel_at(p));
+                    assert!((at.x - x as f32 - 0.5).abs().max((at.y - y as f32 - 0.5).abs()) < 0.01, "{light:?}: {x} {y} {at:?}");
+                    let to = Vec3::new(p.x, p.y, p.z) - fitted.view.position_ws.truncate();
+                    let squared = if fitted.is_point() { to.length_squared() } else { 1.0 };
                     sum += f64::from(across / squared);
                 }
             }

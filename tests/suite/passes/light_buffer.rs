@@ -175,7 +175,7 @@ fn kinds_and_indices_are_those_of_the_side_that_is_lit() {
         (grey(), 1.0, [0.25, 0.5, 0.75], 0.0, 0.0),
         (mirror, 2.0, [0.5, 0.25, 1.0], 0.0, 0.0),
         (glass, 3.0, [1.0; 3], 1.5, f64::from(1.0_f32 / 1.5)),
-        (SurfaceUniform::refracting(1.333), 3.0, [1.0; 3], f64::from(1.333_f32), f64::from(1.0_f32 / 1.333)),
+        (SurfaceUniform::water(1.333), 3.0, [1.0; 3], f64::from(1.333_f32), f64::from(1.0_f32 / 1.333)),
     ];
     for (with, kind, [r, g, b], above, below) in cases {
         for (view, index, up) in [(&from_above, above, 1.0), (&from_below, below, -1.0)] {
@@ -194,9 +194,9 @@ fn the_nearest_surface_is_kept_and_nothing_is_zeros() {
     let orders: [[usize; 3]; 2] = [[0, 1, 2], [2, 1, 0]];
     for order in orders {
         let seen = Seen::of(&view, (64, 64), |frame| {
-            let water = surface(frame, &small, (Quat::IDENTITY, Vec3::Y * 0.75), SurfaceUniform::refracting(1.333));
+            let water = surface(frame, &small, (Quat::IDENTITY, Vec3::Y * 0.75), SurfaceUniform::water(1.333));
             let floor = surface(frame, &small, (Quat::IDENTITY, Vec3::Y * -1.0), grey());
-            let glass = surface(frame, &ball, (Quat::IDENTITY, Vec3::ZERO), SurfaceUniform::refracting(1.5));
+            let glass = surface(frame, &ball, (Quat::IDENTITY, Vec3::ZERO), SurfaceUniform::glass(1.5, Vec3::ZERO));
             let all = [water, floor, glass];
             order.map(|k| all[k].clone()).to_vec()
         });
@@ -231,7 +231,7 @@ fn the_farthest_surface_is_where_light_leaves_a_body() {
     let ball = UvSphere { radius_m: 1.0, slices: 64, stacks: 32 }.mesh().expect("a ball");
     let seen = |keep| {
         Seen::keeping(keep, &view, (64, 64), |frame| {
-            vec![surface(frame, &ball, (Quat::IDENTITY, Vec3::ZERO), SurfaceUniform::refracting(1.5))]
+            vec![surface(frame, &ball, (Quat::IDENTITY, Vec3::ZERO), SurfaceUniform::glass(1.5, Vec3::ZERO))]
         })
     };
     let [nearest, farthest] = [seen(Keep::Nearest), seen(Keep::Farthest)];

@@ -1,4 +1,4 @@
-//! Paths of light through mirrors and glass.
+//! All surfaces of a scene in a tree, and paths of light through mirrors and glass.
 
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb as Bounds;
@@ -34,6 +34,23 @@ pub struct Path {
     pub position: Vec3,
     /// Unit direction of travel.
     pub direction: Vec3,
+}
+
+/// Light that arrives at a diffuse receiver after mirrors and glass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrival {
+    /// Hash of the path's events and of the pieces of surface at which they happen, that of the receiver included.
+    pub hash: u64,
+    /// Where, m.
+    pub position: Vec3,
+    /// Unit direction of travel.
+    pub direction: Vec3,
+    /// Share of the light that met the first surface, linear RGB.
+    pub share: Vec3,
+    /// The part of `share` that is due to mirrors, without what glass reflects and absorbs.
+    pub tint: Vec3,
+    /// Whether its path is one that image space can follow: one reflection at a mirror, or one refraction into and one out of glass.
+    pub plain: bool,
 }
 
 impl Path {
@@ -72,6 +89,10 @@ struct State {
     position: Vec3,
     direction: Vec3,
     events: u32,
+    /// See [`Arrival::tint`].
+    tint: Vec3,
+    /// See [`Arrival::plain`].
+    plain: bool,
     /// The mesh of glass that the light is inside of, if any.
     inside: Option<u32>,
 }
@@ -118,7 +139,7 @@ impl Surfaces {
         // The start is moved off the surface and towards the light, so that the ground below an object does not block the light.
         let start = position + (facing - direction) * self.step_off;
         let lit = self.nearest(start, -direction, distance).is_none();
-        let start = State { hash: 1, share: Vec3::ONE, position, direction, events: 0, inside: None };
+        let start = State { hash: 1, share: Vec3::ONE, position, direction, events: 0, tint: Vec3::ONE, plain: true, inside: None };
         // All three vertices of a generator's triangle lie on the same piece, so piece 0 stands for it.
         let meeting = Meeting { position, mesh: object, piece: 0, normal, face: normal };
         let mut found = Vec::new();
@@ -138,6 +159,56 @@ impl Surfaces {
         (lit, found)
     }
 
+    /// Follows a ray from a light: where it meets the first mirror or glass, and all receivers that its light reaches from there. `None` if it meets a
+    /// receiver first, or nothing.
+    pub fn arrivals(&self, start: Vec3, direction: Vec3) -> Option<(Vec3, Vec<Arrival>)> {
+        let first = self.nearest(start, direction, f32::INFINITY).filter(|first| !self.is_diffuse(first.mesh))?;
+        let start = State { hash: 1, share: Vec3::ONE, position: start, direction, events: 0, tint: Vec3::ONE, plain: true, inside: None };
+        let (mut found, mut left) = (Vec::new(), Vec::new());
+        self.event(start, &first, &mut left);
+        while let Some(mut state) = left.pop() {
+            let Some(meeting) = self.nearest(state.position, state.direction, f32::INFINITY) else { continue };
+            if !self.is_diffuse(meeting.mesh) {
+                self.event(state, &meeting, &mut left);
+                continue;
+            }
+            if let Some(body) = state.inside {
+                state.share *= self.kept(body, meeting.position.distance(state.position));
+            }
+            found.push(Arrival {
+                hash: step_hash(state.hash, meeting.mesh, meeting.piece, 6),
+                position: meeting.position,
+                direction: state.direction,
+                share: state.share,
+                tint: state.tint,
+                plain: state.plain,
+            });
+        }
+        Some((first.position, found))
+    }
+
+    fn is_diffuse(&self, mesh: u32) -> bool {
+        matches!(self.meshes[mesh as usize].1, Material::Diffuse { .. })
+    }
+
+    /// Share of light that is left after a distance in a body.
+    fn kept(&self, body: u32, distance: f32) -> Vec3 {
+        let Material::Dielectric { absorption, .. } = self.meshes[body as usize].1 else { return Vec3::ONE };
+        let kept = beer_lambert_rgb(absorption, distance);
+        Vec3::new(kept.x, kept.y, kept.z)
+    }
+
+    /// These surfaces and one more.
+    pub fn with(&self, mesh: Mesh, material: Material) -> Self {
+        Self::new(self.meshes.iter().cloned().chain([(mesh, material)]).collect())
+    }
+
+    /// The first surface that a ray meets, if it is a receiver.
+    pub fn receiver(&self, start: Vec3, direction: Vec3) -> Option<Vec3> {
+        let meeting = self.nearest(start, direction, f32::INFINITY)?;
+        matches!(self.meshes[meeting.mesh as usize].1, Material::Diffuse { .. }).then_some(meeting.position)
+    }
+
     /// Follows light through an event at a mirror or at glass. Light with too many events is dropped.
     fn event(&self, mut state: State, at: &Meeting, left: &mut Vec<State>) {
         if state.events >= MOST_EVENTS {
@@ -149,19 +220,21 @@ impl Surfaces {
             normal = face;
         }
         let cos = -normal.dot(state.direction);
-        if let (Some(_), Material::Dielectric { absorption, .. }) = (state.inside, &self.meshes[at.mesh as usize].1) {
-            let kept = beer_lambert_rgb(*absorption, at.position.distance(state.position));
-            state.share *= Vec3::new(kept.x, kept.y, kept.z);
+        if state.inside.is_some() {
+            state.share *= self.kept(at.mesh, at.position.distance(state.position));
         }
         let incoming = to_v3(state.direction);
+        let tint = if let Material::Mirror { reflectance } = self.meshes[at.mesh as usize].1 { reflectance } else { Vec3::ONE };
+        let events = state.events + 1;
         let follow = |event: u64, share: Vec3, direction: V3<f32>, through: bool, inside: Option<u32>| {
             let direction = Vec3::new(direction.x, direction.y, direction.z);
             // Light that the interpolated normal sends to the wrong side of the face is dropped.
             let goes_through = direction.dot(face) < 0.0;
             let position = at.position + face * if through { -self.step_off } else { self.step_off };
-            let key = (u64::from(at.mesh) << 32 | u64::from(at.piece)) << 3 | event;
-            let hash = (state.hash ^ key).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29).wrapping_add(key);
-            let next = State { hash, share, position, direction, events: state.events + 1, inside };
+            let hash = step_hash(state.hash, at.mesh, at.piece, event);
+            // Reflected first and last; or through the first surface, and through the second one from its inside.
+            let plain = state.plain && (events == 1 && through == inside.is_some() || events == 2 && through && inside.is_none());
+            let next = State { hash, share, position, direction, events, tint: state.tint * tint, plain, inside };
             (goes_through == through && share.max_element() >= LEAST_SHARE).then_some(next)
         };
         let side = u64::from(outside);
@@ -212,6 +285,12 @@ impl Surfaces {
             face,
         })
     }
+}
+
+/// The hash of a path with one more event at a piece of a mesh.
+fn step_hash(hash: u64, mesh: u32, piece: u32, event: u64) -> u64 {
+    let key = (u64::from(mesh) << 32 | u64::from(piece)) << 3 | event;
+    (hash ^ key).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29).wrapping_add(key)
 }
 
 /// Distance along a ray to a triangle, and barycentric weights of the intersection; `None` if the ray misses.

@@ -1,0 +1,131 @@
+//! Photons whose paths are followed through the triangles of the scene, past the paper: any number of reflections and refractions, total reflection,
+//! both parts of light at glass, and receivers that the light does not see itself. One ray for each texel of the photons' view; each of its ends is a
+//! photon, and neighbours by the same path say how the map of the light bends there.
+
+use std::collections::HashMap;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+use nephroid_math::vector::v3;
+use nephroid_scene::Light;
+
+use crate::passes::light_view::TexelView;
+use crate::surfaces::{Arrival, Surfaces};
+
+/// A photon on a receiver.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct PhotonRecord {
+    /// Position, m. w: diameter of its beam there, m.
+    pub position_ws: Vec4,
+    /// Unit direction in which it arrives.
+    pub direction_ws: Vec4,
+    /// Flux, W, linear RGB.
+    pub flux: Vec4,
+    /// How far the light moves with one texel of the view along x, m; w is 1 if that is known, else 0.
+    pub x_ws: Vec4,
+    /// The same along y.
+    pub y_ws: Vec4,
+}
+
+/// All photons of a light.
+pub struct ExactPhotons {
+    /// Those that have landed, in the order of the view's texels.
+    pub records: Vec<PhotonRecord>,
+    /// Rays that have met a mirror, glass or water first.
+    pub arrived: u64,
+    /// Their light, W, summed over RGB.
+    pub arrived_w: f64,
+    /// Light that has landed, W, summed over RGB.
+    pub landed_w: f64,
+}
+
+/// The ends of the ray of a texel.
+#[derive(Default)]
+struct Ends {
+    /// Irradiance across the light's ray times area of the texel: flux on arrival, W.
+    flux: Vec3,
+    /// Width of the texel at the first surface, m.
+    width: f32,
+    arrivals: Vec<Arrival>,
+}
+
+/// Follows the light of each texel of a view. `lossless`: only paths that image space can follow, without losses but those of mirrors.
+pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, lossless: bool) -> ExactPhotons {
+    let (columns, rows) = (view.size_tx.x as u32, view.size_tx.y as u32);
+    let world_from_clip = view.view.clip_from_world.inverse();
+    let ends: Vec<Vec<Ends>> = (0..rows)
+        .into_par_iter()
+        .map(|y| {
+            let texel = |x: u32| {
+                let ndc = |depth| Vec3::new((x as f32 + 0.5) * (2.0 * view.size_tx.z) - 1.0, 1.0 - (y as f32 + 0.5) * (2.0 * view.size_tx.w), depth);
+                let (start, end) = (world_from_clip.project_point3(ndc(0.0)), world_from_clip.project_point3(ndc(1.0)));
+                let (first, mut arrivals) = surfaces.arrivals(start, (end - start).normalize_or_zero())?;
+                if lossless {
+                    arrivals.retain(|arrival| arrival.plain);
+                    arrivals.iter_mut().for_each(|arrival| arrival.share = arrival.tint);
+                }
+                let area = view.area_at(v3(first.x, first.y, first.z));
+                Some(Ends { flux: light.incident(first).irradiance * area, width: area.sqrt(), arrivals })
+            };
+            (0..columns).map(|x| texel(x).unwrap_or_default()).collect()
+        })
+        .collect();
+    let by_path: Vec<Vec<HashMap<u64, Vec3>>> = ends.par_iter().map(|row| row.iter().map(by_path).collect()).collect();
+    let records: Vec<Vec<PhotonRecord>> = (0..rows as usize)
+        .into_par_iter()
+        .map(|y| {
+            let at = |x: usize, y: usize, hash: u64| by_path.get(y)?.get(x)?.get(&hash).copied();
+            let of_texel = |x: usize| {
+                let of = &ends[y][x];
+                let make = move |arrival: &Arrival| {
+                    let (p, hash) = (arrival.position, arrival.hash);
+                    let before = |x: usize, y: usize| (x < usize::MAX && y < usize::MAX).then(|| at(x, y, hash)).flatten();
+                    let along_x = step(p, before(x.wrapping_sub(1), y), at(x + 1, y, hash));
+                    let along_y = step(p, before(x, y.wrapping_sub(1)), at(x, y + 1, hash));
+                    record(of, arrival, along_x, along_y)
+                };
+                of.arrivals.iter().map(make).collect::<Vec<_>>()
+            };
+            (0..ends[y].len()).flat_map(of_texel).filter(|record| record.flux != Vec4::ZERO).collect()
+        })
+        .collect();
+    let records = records.concat();
+    let watts = |flux: Vec3| flux.as_dvec3().element_sum();
+    let lit = || ends.iter().flatten().filter(|ends| ends.flux != Vec3::ZERO);
+    ExactPhotons {
+        arrived: lit().count() as u64,
+        arrived_w: lit().map(|ends| watts(ends.flux)).sum(),
+        landed_w: records.iter().map(|record| watts(record.flux.truncate())).sum(),
+        records,
+    }
+}
+
+/// Where each path of a texel ends. Paths of one texel have different hashes, but for the order of pieces of one mesh that are met twice.
+fn by_path(ends: &Ends) -> HashMap<u64, Vec3> {
+    ends.arrivals.iter().map(|arrival| (arrival.hash, arrival.position)).collect()
+}
+
+/// How far light moves per texel, from its neighbours by the same path.
+fn step(p: Vec3, before: Option<Vec3>, after: Option<Vec3>) -> Option<Vec3> {
+    match (before, after) {
+        (Some(before), Some(after)) => Some((after - before) * 0.5),
+        (Some(before), None) => Some(p - before),
+        (None, Some(after)) => Some(after - p),
+        (None, None) => None,
+    }
+}
+
+fn record(of: &Ends, arrival: &Arrival, x: Option<Vec3>, y: Option<Vec3>) -> PhotonRecord {
+    let beam = x.zip(y).map_or(of.width, |(x, y)| x.cross(y).length().sqrt());
+    let known = |step: Option<Vec3>| step.map_or(Vec4::ZERO, |step| step.extend(1.0));
+    PhotonRecord {
+        position_ws: arrival.position.extend(beam),
+        direction_ws: arrival.direction.extend(0.0),
+        flux: (of.flux * arrival.share).extend(0.0),
+        x_ws: known(x),
+        y_ws: known(y),
+    }
+}

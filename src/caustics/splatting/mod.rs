@@ -1,0 +1,124 @@
+//! `splatting`: C. Wyman, C. Dachsbacher, *Improving Image-Space Caustics via Variable-Sized Splatting*, University of Iowa UICS-06-02, 2006 (WD06).
+//!
+//! Light is a view: for each of its texels a photon is reflected by mirrors or refracted by glass or water, and lands on a receiver that the light sees
+//! as well. Photons are drawn as splats into a map that the light projects onto the scene. The size of a splat decides between noise and blur.
+//!
+//! | File | What |
+//! |---|---|
+//! | `frame` | the frame: the order of all steps below |
+//! | `views` | the light's view of mirrors, glass or water, and that of the map |
+//! | `photons` | from the first surface to the receiver |
+//! | `receiver_search` | where a ray ends among the receivers |
+//! | `lens` | how wide a beam is after a lens |
+//! | `exact` | photons that are followed through the triangles of the scene |
+//! | `splats` | photons as vertices; round splats of one size, or by the lens |
+//! | `sizes` | splats of four sizes, and the choice among them |
+//! | `differential` | splats as the map of the light bends them |
+//! | `gather` | from the map to pixels |
+//!
+//! Decisions where the paper leaves a choice, in full in `docs/techniques/splatting.md`:
+//! - E1 a lens has its power in the medium around it;
+//! - E2 diameters by vergence, which is finite in focus; at least a texel and a half;
+//! - E3 curvature at the vertices of the mesh, or from normals;
+//! - E4 a splat keeps its photon's energy;
+//! - E5 shares are divided by their sampled sum; `paper` divides by the integral;
+//! - E6 splats of four sizes keep colours in more targets;
+//! - E7 the cosine at a receiver is that of the map's ray;
+//! - E8 Fresnel's equations at each surface; `paper` has none.
+
+pub mod differential;
+mod error;
+pub mod exact;
+pub mod frame;
+pub mod gather;
+pub mod lens;
+pub mod photons;
+pub mod receiver_search;
+mod settings;
+pub mod sizes;
+pub mod splats;
+mod views;
+
+pub use error::SplattingError;
+pub use settings::{Blend, CurvatureFrom, Gather, Intersection, Lens, Search, Splats, Splatting, Views};
+
+use nephroid_image::metrics::bounds::{ACCUMULATED, CHAINED, CHAINED_SEARCHED, PassBounds, SEARCHED, SHADED, VERTEX};
+use nephroid_pipeline::Device;
+use nephroid_scene::water::WaterSim;
+use nephroid_scene::{Group, Scene, Settings};
+
+use super::builder::cut_level;
+use super::surfaces::Surfaces;
+use super::{Builder, Feature, Layout, Receivers, RenderError, Technique, TechniqueFrame};
+use crate::layout;
+use exact::PhotonRecord;
+use frame::Shared;
+use photons::PhotonsUniform;
+use splats::SplatsUniform;
+
+/// The technique, as a row of the table.
+pub const TECHNIQUE: &dyn Technique = &SplattingTechnique;
+
+struct SplattingTechnique;
+
+impl Technique for SplattingTechnique {
+    fn name(&self) -> &'static str {
+        "splatting"
+    }
+    fn summary(&self) -> &'static str {
+        "photons of a light's view, drawn as splats of their own size into a map that the light projects"
+    }
+    fn paper(&self) -> &'static str {
+        "Wyman & Dachsbacher 2006, Improving Image-Space Caustics via Variable-Sized Splatting"
+    }
+    fn settings(&self) -> &'static dyn Settings {
+        Splatting::DEFAULTS
+    }
+    fn covers(&self, feature: Feature) -> bool {
+        matches!(feature, Feature::WaterCaustics | Feature::SpecularCaustics)
+    }
+    fn bounds(&self) -> &'static [PassBounds] {
+        &[
+            PassBounds { pass: "photons", vertices: VERTEX, textures: &[("", SEARCHED, CHAINED_SEARCHED)] },
+            PassBounds { pass: "splats", vertices: SHADED, textures: &[("", ACCUMULATED, CHAINED)] },
+            PassBounds { pass: "resolve", vertices: VERTEX, textures: &[("", SHADED, CHAINED)] },
+            PassBounds { pass: "gather", vertices: VERTEX, textures: &[("", SHADED, CHAINED)] },
+        ]
+    }
+    fn layouts(&self) -> Vec<Layout> {
+        vec![
+            layout!(PhotonsUniform: box_min, box_max, sigma_t),
+            layout!(SplatsUniform: shape),
+            layout!(PhotonRecord: position_ws, direction_ws, flux, x_ws, y_ws),
+        ]
+    }
+    fn prepare(&self, scene: &Scene) -> Result<Box<dyn Builder>, RenderError> {
+        let settings = scene.techniques.get::<Splatting>();
+        let receivers = Receivers::new(scene, cut_level(scene, settings.eye_refraction))?;
+        let meshes = scene.objects.iter().enumerate().map(|(index, object)| {
+            let mesh = scene.mesh(index)?.transformed(object.transform.world_from_object());
+            Ok((mesh, object.material.clone()))
+        });
+        let surfaces = Surfaces::new(meshes.collect::<Result<_, RenderError>>()?);
+        let vertices = frame::vertices(&receivers, settings);
+        let water = scene.water.as_ref().map(|water| water.simulator());
+        Ok(Box::new(SplattingBuilder { shared: Shared { receivers, surfaces, vertices }, water }))
+    }
+}
+
+/// State kept between frames: the objects, and the simulation of the water.
+struct SplattingBuilder {
+    shared: Shared,
+    water: Option<WaterSim>,
+}
+
+impl Builder for SplattingBuilder {
+    fn frame(&mut self, scene: &Scene, _: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
+        let settings = scene.techniques.get::<Splatting>();
+        let field = self.water.as_mut().zip(scene.water.as_ref()).map(|(sim, water)| {
+            let (columns, rows) = settings.grid.unwrap_or(water.grid);
+            sim.surface_with_grid(columns, rows, scene.time_s)
+        });
+        frame::build(scene, &self.shared, field.as_ref(), layers, settings)
+    }
+}

@@ -1,0 +1,373 @@
+//! The photons of a light: one for each texel of a view from which mirrors, glass or water are seen [WD06 §3, Fig. 2].
+//!
+//! A mirror reflects its photon, the water's surface refracts it, and glass refracts it twice [Wyman 2005]: into the body at the front face, and out at
+//! the back face, as far behind the front face as the light's own ray would meet it; or where the refracted ray passes behind the back faces, found by
+//! halving. Where no back face is seen, light leaves through the side, across the light's ray. From there a photon flies to the first receiver.
+//!
+//! Targets, as large as the view; a photon that is not emitted has zeros:
+//!
+//! | Target | Format | x, y, z | w |
+//! |---|---|---|---|
+//! | `position` | Rgba32Float | where it lands, world space, m | [`Fate`] |
+//! | `direction` | Rgba32Float | unit vector along which it arrives | diameter of its beam there, m, by the lens that it has passed |
+//! | `flux` | Rgba32Float | what it carries at its end, W, linear RGB | what it had on arrival at the first surface, W, summed over RGB |
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
+
+use nephroid_math::float::exp;
+use nephroid_math::lanes::{Lanes, Mask};
+use nephroid_math::optics::{beer_lambert_rgb, fresnel_reflectance_by, reflect, refract_by};
+use nephroid_math::vector::{V2, V3, V4, v3, v4};
+use nephroid_pipeline::sampler::load;
+use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Program};
+use nephroid_pipeline::{BindingKind, Bindings, TextureView};
+
+use super::lens::{Faces, beam_diameter};
+use super::receiver_search::Receivers;
+use super::settings::Search;
+use crate::passes::fullscreen::FullscreenVertex;
+use crate::passes::geometry_buffer::MaterialKind;
+use crate::passes::light_view::TexelView;
+use crate::passes::shadow_map::LightUniform;
+
+/// What has become of a photon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// Not emitted: the light meets no mirror, no glass and no water there.
+    None = 0,
+    /// It lies on a receiver.
+    Landed = 1,
+    /// It was totally reflected, and is not followed further.
+    TotallyReflected = 2,
+    /// It met glass that has no back face behind its front face.
+    NoExit = 3,
+    /// It meets no receiver inside of the map.
+    Missed = 4,
+    /// The search for the receiver has failed.
+    NotFound = 5,
+}
+
+/// Corrections of the place where light leaves glass by the tangent plane of the back face there.
+const CORRECTIONS: u32 = 2;
+
+/// Largest correction, in texels: more is an edge of the body.
+const CORRECTION_TX: f32 = 4.0;
+
+/// Numbers of the pass.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct PhotonsUniform {
+    /// Corner of the box in which photons land, m. w: most steps of the search for receivers.
+    pub box_min: Vec4,
+    /// The corner opposite. w: halvings of the path inside glass.
+    pub box_max: Vec4,
+    /// Extinction coefficient of the water, 1/m. w: component along the view's axis of the deepest glass, m.
+    pub sigma_t: Vec4,
+}
+
+/// What is fixed for a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// How receivers are searched.
+    pub search: Search,
+    /// Whether the light's losses at surfaces and inside of bodies are left out, as in the paper.
+    pub lossless: bool,
+    /// Whether back faces are interpolated between texels.
+    pub smooth_exits: bool,
+    /// Whether the lens has a thickness.
+    pub thick: bool,
+    /// Whether curvature comes from the normals of neighbouring texels.
+    pub curvature_of_normals: bool,
+    /// Whether the scene has water, which alone emits photons then.
+    pub water: bool,
+}
+
+/// Bindings: photons' view, map's view, light, numbers; front position, normal, material, curvature; back position, normal, curvature; receivers'
+/// position, normal.
+pub const BINDINGS: [BindingKind; 13] = [
+    BindingKind::Uniform(size_of::<TexelView>()),
+    BindingKind::Uniform(size_of::<TexelView>()),
+    BindingKind::Uniform(size_of::<LightUniform>()),
+    BindingKind::Uniform(size_of::<PhotonsUniform>()),
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+    BindingKind::Texture,
+];
+
+/// The program.
+#[must_use]
+pub fn program(options: Options) -> Arc<Program> {
+    let flag = |name, value: bool| (name, f64::from(u8::from(value)));
+    Arc::new(Program {
+        bindings: BINDINGS.to_vec(),
+        wgsl: Some(concat!(
+            include_str!("../../math/optics.wgsl"),
+            include_str!("../passes/fullscreen.wgsl"),
+            include_str!("../passes/shadow_map.wgsl"),
+            include_str!("../passes/light_view.wgsl"),
+            include_str!("receiver_search.wgsl"),
+            include_str!("lens.wgsl"),
+            include_str!("photons.wgsl")
+        )),
+        wgsl_constants: vec![
+            ("search", f64::from(options.search as u8)),
+            flag("lossless", options.lossless),
+            flag("smooth_exits", options.smooth_exits),
+            flag("thick", options.thick),
+            flag("curvature_of_normals", options.curvature_of_normals),
+            flag("water", options.water),
+        ],
+        ..Program::new("photons", FullscreenVertex, Fragment { options })
+    })
+}
+
+struct Fragment {
+    options: Options,
+}
+
+/// A photon on its way to the receivers.
+struct Flight<L> {
+    origin: V3<L>,
+    ray: V3<L>,
+    /// Share of the light that is left.
+    share: V3<L>,
+    /// The surfaces that it has passed, as a lens.
+    faces: Faces<L>,
+}
+
+impl FragmentShader for Fragment {
+    #[inline(always)]
+    fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
+        let view: &TexelView = bindings.uniform(0);
+        let light: &LightUniform = bindings.uniform(2);
+        let numbers: &PhotonsUniform = bindings.uniform(3);
+        let (position, normal) = (bindings.texture(4), bindings.texture(5));
+        let kind = input.texel_here(normal, 3);
+        let (zero, one) = (kind.like(0.0), kind.like(1.0));
+        let is = [MaterialKind::Mirror, MaterialKind::Dielectric, MaterialKind::Water];
+        let [mirror, glass, surface] = [0, 1, 2].map(|k: usize| is[k] as u8 as f32 + 1.0);
+        let (mirror, glass, surface) = (kind.equals(kind.like(mirror)), kind.equals(kind.like(glass)), kind.equals(kind.like(surface)));
+        let emits = if self.options.water { surface } else { mirror | glass };
+        output.color[0] = v4(zero, zero, zero, zero);
+        output.color[1] = output.color[0];
+        output.color[2] = output.color[0];
+        if !emits.any() {
+            return;
+        }
+
+        let p: V3<L> = input.texel3_here(position);
+        let n = input.texel3_here(normal);
+        let front = bindings.texture(6);
+        let colour = input.texel3_here(front);
+        // n₂/n₁ at the front face; 1 for mirrors, so that all lanes compute with numbers.
+        let index = L::select(mirror, one, input.texel_here(front, 3));
+        let incident = light.at(p);
+        let d = incident.direction;
+        let width = view.area_at(p);
+        let arriving = incident.irradiance * width;
+        let curvature = if self.options.curvature_of_normals {
+            curvature_of_normals(position, normal, input.position.x.floor(), input.position.y.floor())
+        } else {
+            input.texel_here(bindings.texture(7), 0)
+        };
+
+        let cos = -n.dot(d);
+        let (inside, enters) = refract_by(d, n, one / index);
+        let enters = enters | mirror;
+        let passes = one - fresnel_reflectance_by(cos, one / index);
+        let entered = v3(passes, passes, passes);
+        let mut flight = Flight {
+            origin: p,
+            ray: V3::select(mirror, reflect(d, n), inside),
+            share: V3::select(mirror, colour, entered),
+            faces: Faces { index, front: curvature, back: zero, thickness: zero },
+        };
+        let all = zero.equals(zero);
+        let (mut exits, mut closed) = (all, all);
+        if !self.options.water && glass.any() {
+            let exit = self.exit(bindings, (input.position.x.floor(), input.position.y.floor()), p, d, inside);
+            let (out, passes_out) = refract_by(inside, exit.normal, index);
+            let leaves = one - fresnel_reflectance_by(-inside.dot(exit.normal), index);
+            let kept = absorbed(colour, exit.thickness);
+            exits = !glass | passes_out;
+            closed = !glass | exit.exists;
+            flight = Flight {
+                origin: V3::select(glass, exit.position, flight.origin),
+                ray: V3::select(glass & passes_out, out, flight.ray),
+                share: V3::select(glass, kept * (passes * leaves), flight.share),
+                faces: Faces {
+                    back: L::select(glass, exit.curvature, zero),
+                    thickness: L::select(glass, exit.thickness, zero),
+                    ..flight.faces
+                },
+            };
+        }
+
+        let receivers = Receivers {
+            texels: bindings.uniform(1),
+            position: bindings.texture(11),
+            normal: bindings.texture(12),
+            box_ws: [numbers.box_min, numbers.box_max],
+        };
+        let landing = receivers.find(self.options.search, numbers.box_min.w as u32, flight.origin, flight.ray);
+        let share = if self.options.lossless {
+            V3::select(mirror, colour, v3(one, one, one))
+        } else if self.options.water {
+            flight.share.hadamard(beer_lambert_rgb(numbers.sigma_t.truncate(), Lanes::max(landing.distance, zero)))
+        } else {
+            flight.share
+        };
+        let divergence = if light.position_ws.w == 0.0 { zero } else { one / (p - V3::splat(input.token, light.position_ws.truncate())).length() };
+        let beam = beam_diameter(&flight.faces, mirror, divergence, landing.distance, self.options.thick);
+        let beam = beam * width.sqrt();
+
+        let fate = |fate: Fate| fate as u8 as f32;
+        let mut ends = L::select(landing.missed, zero.like(fate(Fate::Missed)), zero.like(fate(Fate::NotFound)));
+        ends = L::select(landing.landed, zero.like(fate(Fate::Landed)), ends);
+        ends = L::select(enters & exits, ends, zero.like(fate(Fate::TotallyReflected)));
+        ends = L::select(closed, ends, zero.like(fate(Fate::NoExit)));
+        let before = arriving.x + arriving.y + arriving.z;
+        let emitted = emits & before.gt(zero);
+        let lands = emitted & ends.equals(zero.like(fate(Fate::Landed)));
+        let nothing = v3(zero, zero, zero);
+        let at = V3::select(lands, landing.position, nothing);
+        let ray = V3::select(lands, flight.ray, nothing);
+        // Light that ends before it has passed all surfaces keeps what it had on arrival.
+        let followed = emitted & enters & exits & closed;
+        let flux = V3::select(followed, arriving.hadamard(share), V3::select(emitted, arriving, nothing));
+        output.color[0] = v4(at.x, at.y, at.z, L::select(emitted, ends, zero));
+        output.color[1] = v4(ray.x, ray.y, ray.z, L::select(lands, beam, zero));
+        output.color[2] = v4(flux.x, flux.y, flux.z, L::select(emitted, before, zero));
+    }
+}
+
+/// Where light leaves a body of glass.
+struct Exit<L: Lanes> {
+    position: V3<L>,
+    /// Against the light inside.
+    normal: V3<L>,
+    /// Length of the path inside, m.
+    thickness: L,
+    curvature: L,
+    /// Whether there is a back face behind the front face at all.
+    exists: L::Mask,
+}
+
+/// A back face.
+struct Back<L: Lanes> {
+    position: V3<L>,
+    normal: V3<L>,
+    exists: L::Mask,
+}
+
+impl Fragment {
+    /// Where the ray `inside` from the front face at `p`, in the texel `(x, y)`, leaves the body. `d`: unit vector of the light.
+    #[inline(always)]
+    fn exit<L: Lanes>(&self, bindings: &Bindings<'_>, (x, y): (L, L), p: V3<L>, d: V3<L>, inside: V3<L>) -> Exit<L> {
+        let view: &TexelView = bindings.uniform(0);
+        let numbers: &PhotonsUniform = bindings.uniform(3);
+        let (position, normal) = (bindings.texture(8), bindings.texture(9));
+        let zero = x.like(0.0);
+        // Thickness along the light [Wyman 2005, d_V]. An open sheet is its own back.
+        let straight = load(position, x, y, 0, 0).xyz() - p;
+        let first = straight.length();
+        let exists = straight.dot(d).gt(zero);
+        let mut thickness = first;
+        let steps = numbers.box_max.w as u32;
+        if steps > 0 {
+            // Inside as long as a back face lies farther from the light. No path is longer than down to the deepest glass.
+            let (mut low, mut high) = (zero, -(self.depth(view, p) - numbers.sigma_t.w) / self.depth(view, inside));
+            for _ in 0..steps {
+                let middle = (low + high) * 0.5;
+                let at = p + inside * middle;
+                let texel = view.texel_at(at);
+                let back = load(position, texel.x.floor(), texel.y.floor(), 0, 0);
+                let within = back.w.gt(zero) & self.depth(view, back.xyz() - at).gt(zero);
+                low = L::select(within, middle, low);
+                high = L::select(within, high, middle);
+            }
+            thickness = (low + high) * 0.5;
+            for _ in 0..CORRECTIONS {
+                let back = self.back(position, normal, view.texel_at(p + inside * thickness));
+                let distance = (back.position - p).dot(back.normal) / inside.dot(back.normal);
+                let near = (distance - thickness).abs().lt(view.area_at(p).sqrt() * CORRECTION_TX);
+                thickness = L::select(back.exists & near, distance, thickness);
+            }
+        }
+        let end = p + inside * thickness;
+        let at = view.texel_at(end);
+        let back = self.back(position, normal, at);
+        // Beside all back faces light leaves through the side, across the light's ray.
+        let side = -(inside - d * inside.dot(d)).normalize();
+        let facing = V3::select(back.exists, back.normal, side);
+        let facing = V3::select(facing.dot(inside).gt(zero), -facing, facing);
+        let curvature = if self.options.curvature_of_normals {
+            curvature_of_normals(position, normal, at.x.floor(), at.y.floor())
+        } else {
+            load(bindings.texture(10), at.x.floor(), at.y.floor(), 0, 0).x
+        };
+        Exit { position: end, normal: facing, thickness, curvature: L::select(back.exists, curvature, zero), exists }
+    }
+
+    /// Component along the view's axis.
+    #[inline(always)]
+    fn depth<L: Lanes>(&self, view: &TexelView, v: V3<L>) -> L {
+        v.dot(V3::splat(v.x.token(), view.axis_ws.truncate()))
+    }
+
+    /// The back face at texel coordinates.
+    #[inline(always)]
+    fn back<L: Lanes>(&self, position: &TextureView<'_>, normal: &TextureView<'_>, at: V2<L>) -> Back<L> {
+        let (zero, one) = (at.x.like(0.0), at.x.like(1.0));
+        if !self.options.smooth_exits {
+            let (x, y) = (at.x.floor(), at.y.floor());
+            let p = load(position, x, y, 0, 0);
+            return Back { position: p.xyz(), normal: load(normal, x, y, 0, 0).xyz(), exists: p.w.gt(zero) };
+        }
+        let (x, y) = ((at.x - 0.5).floor(), (at.y - 0.5).floor());
+        let (right, down) = (at.x - 0.5 - x, at.y - 0.5 - y);
+        let mut p = v4(zero, zero, zero, zero);
+        let mut n = v3(zero, zero, zero);
+        for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+            let weight = if dx > 0.0 { right } else { one - right } * if dy > 0.0 { down } else { one - down };
+            let texel: V4<L> = load(position, x + dx, y + dy, 0, 0);
+            p = p + texel * (weight * texel.w);
+            n = n + load(normal, x + dx, y + dy, 0, 0).xyz() * (weight * texel.w);
+        }
+        let exists = p.w.gt(zero);
+        let inverse = one / L::select(exists, p.w, one);
+        Back { position: p.xyz() * inverse, normal: n.normalize(), exists }
+    }
+}
+
+/// Share of light left after `distance` in glass of an absorption, 1/m.
+#[inline(always)]
+fn absorbed<L: Lanes>(absorption: V3<L>, distance: L) -> V3<L> {
+    v3(exp(-(absorption.x * distance)), exp(-(absorption.y * distance)), exp(-(absorption.z * distance)))
+}
+
+/// Mean curvature `H = ½∇·n`, 1/m, at a texel: the mean of the curvatures along both sides of the texture, from the texels beside it; 0 at the edge
+/// of a surface.
+#[inline(always)]
+fn curvature_of_normals<L: Lanes>(position: &TextureView<'_>, normal: &TextureView<'_>, x: L, y: L) -> L {
+    let zero = x.like(0.0);
+    let mut sum = zero;
+    let mut inside = zero.equals(zero);
+    for (dx, dy) in [(1.0, 0.0), (0.0, 1.0)] {
+        let (before, after) = (load(position, x - dx, y - dy, 0, 0), load(position, x + dx, y + dy, 0, 0));
+        let (first, second) = (load(normal, x - dx, y - dy, 0, 0), load(normal, x + dx, y + dy, 0, 0));
+        let step = after.xyz() - before.xyz();
+        sum = sum + (second.xyz() - first.xyz()).dot(step) / step.dot(step);
+        inside = inside & before.w.gt(zero) & after.w.gt(zero) & first.w.equals(second.w);
+    }
+    L::select(inside, sum * 0.5, zero)
+}

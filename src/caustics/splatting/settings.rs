@@ -1,0 +1,130 @@
+//! Settings of `splatting`.
+
+use nephroid_scene::{EyeRefraction, MAX_GRID, Radiometry, choices, settings};
+
+choices! {
+    /// How the size of a splat is chosen.
+    pub enum Splats {
+        /// One size for all: Wyman & Davis 2006, the baseline.
+        Fixed,
+        /// Of four sizes, by the number of photons near a texel: method A [WD06 §4.1].
+        Sizes,
+        /// By the lens that the photon has passed: method B [WD06 §4.2].
+        Lens,
+        /// By where the neighbours of the photon land: a parallelogram, long where light is drawn out.
+        Differential,
+    }
+}
+
+choices! {
+    /// How the results of two sizes are blended.
+    pub enum Blend {
+        /// Smoothly, and only where the smaller splat is brighter [WD06 §4.1].
+        Bernstein,
+        /// Linearly: rings, shown for comparison [WD06 Fig. 5].
+        Linear,
+    }
+}
+
+choices! {
+    /// What the photons' view and the map hold.
+    pub enum Views {
+        /// The whole scene in both: many photons meet no mirror and no glass.
+        Scene,
+        /// Mirrors, glass and water in the photons' view; in the map what their light reaches.
+        Fitted,
+    }
+}
+
+choices! {
+    /// How photons meet surfaces.
+    pub enum Intersection {
+        /// In the pictures that the light sees: one reflection, or one refraction into and one out of a body.
+        Image,
+        /// In the triangles of the scene: up to 12 reflections and refractions.
+        Exact,
+    }
+}
+
+choices! {
+    /// Where splats are drawn.
+    pub enum Gather {
+        /// Into a map that the light projects onto the scene.
+        Light,
+        /// Into the picture, where the eye sees the photon; through water only with `eye_refraction: VirtualPlane`.
+        Eye,
+    }
+}
+
+choices! {
+    /// How the receiver of a photon is searched in the light's picture of the receivers.
+    pub enum Search {
+        /// Depth of the receiver under the last estimate [Wyman 2005].
+        Wyman,
+        /// Distance to the receiver under the last estimate [Shah, Konttinen & Pattanaik 2007].
+        Shah,
+        /// Steps along the ray, the first one behind a receiver halved until it is found.
+        Bracketed,
+    }
+}
+
+choices! {
+    /// The lens that sets the size of a splat.
+    pub enum Lens {
+        /// Both faces at one place [WD06 eq. 1 to 7].
+        Thin,
+        /// Faces apart by the photon's path between them.
+        Thick,
+    }
+}
+
+choices! {
+    /// Where curvature comes from.
+    pub enum CurvatureFrom {
+        /// Mean curvature at the vertices of the mesh.
+        Mesh,
+        /// Differences of normals between texels of the photons' view.
+        Normals,
+    }
+}
+
+settings! {
+    /// Settings of the technique `splatting`.
+    pub struct Splatting("splatting") {
+        shared radiometry, note "decisions E4, E5 and E8; also `--radiometry`";
+        /// Photons along a side of the light's view, if it is square; their number is the square of it in any view.
+        photons: u32 = 512, in 2..=4096, coarse 64;
+        /// Texels along a side of the caustic map, if it is square; their number is the square of it in any view.
+        map_size: u32 = 1024, in 16..=8192, unit "texels", paper 512, coarse 128;
+        /// How the size of a splat is chosen.
+        splats: Splats = Splats::Differential, paper Splats::Lens;
+        /// Diameter of the splat of light that is neither gathered nor spread, in distances between photons.
+        splat_size: f32 = 3.0, in 1.0..=32.0, paper 7.0, note "the paper's 7 is for splats of one size; those of `Sizes` are 3, 7, 11 and 15";
+        /// How the results of two sizes are blended.
+        blend: Blend = Blend::Bernstein, note "of `Sizes`";
+        /// Whether photons of several colours keep them in splats of four sizes, for twice the targets.
+        size_colours: bool = true, paper false, note "decision E6";
+        /// What the photons' view and the map hold.
+        views: Views = Views::Fitted, paper Views::Scene;
+        /// How photons meet surfaces.
+        intersection: Intersection = Intersection::Image;
+        /// Where splats are drawn.
+        gather: Gather = Gather::Light;
+        /// How the receiver of a photon is searched in the light's picture of the receivers.
+        search: Search = Search::Bracketed, paper Search::Wyman;
+        /// Most steps of the search.
+        search_steps: u32 = 32, in 1..=256, paper 10;
+        /// Halvings of the path inside glass until it ends at a back face; 0 for the thickness along the light.
+        exit_steps: u32 = 12, in 0..=24, paper 0;
+        /// Whether back faces are interpolated between texels.
+        smooth_exits: bool = true, paper false;
+        /// The lens that sets the size of a splat.
+        lens: Lens = Lens::Thick, paper Lens::Thin, note "of `Lens`";
+        /// Where curvature comes from.
+        curvature: CurvatureFrom = CurvatureFrom::Mesh, note "of `Lens`; decision E3";
+        shared grid;
+        shared eye_refraction;
+        shared shadow_map_size;
+        shared samples;
+    }
+}

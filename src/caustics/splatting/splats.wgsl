@@ -1,0 +1,60 @@
+// Photons as splats: the twin of `splats.rs`.
+
+const MOST_DIAMETER_TX: f32 = 63.0;
+const LEAST_DIAMETER_TX: f32 = 1.5;
+const SPRITE_MARGIN_TX: f32 = 0.04;
+const FALLOFF: f32 = 12.5;
+const SPLAT_OFF_TX: f32 = 2.0;
+
+struct SplatsUniform {
+    shape: vec4<f32>,
+}
+
+@group(0) @binding(0) var<uniform> map: TexelView;
+@group(0) @binding(1) var<uniform> splats: SplatsUniform;
+@group(0) @binding(2) var receiver_positions: texture_2d<f32>;
+@group(0) @binding(3) var receiver_normals: texture_2d<f32>;
+
+struct Photon {
+    texel: vec2<i32>,
+    position: vec3<f32>,
+    normal: vec3<f32>,
+    at: vec2<f32>,
+    landed: bool,
+    flux: vec3<f32>,
+    beam: f32,
+}
+
+// A photon; `ray` has the diameter of its beam in w.
+fn photon_at(texel: vec2<i32>, position: vec3<f32>, ray: vec4<f32>, flux: vec3<f32>, exists: bool) -> Photon {
+    let at = texel_at(map, position);
+    let size = vec2<f32>(textureDimensions(receiver_positions));
+    var there = vec4<f32>();
+    var normal = vec3<f32>();
+    if at.x >= 0.0 && at.y >= 0.0 && at.x < size.x && at.y < size.y {
+        there = textureLoad(receiver_positions, vec2<i32>(at), 0);
+        normal = textureLoad(receiver_normals, vec2<i32>(at), 0).xyz;
+    }
+    let width_tx = sqrt(area_at(map, position));
+    let near = abs(dot(position - there.xyz, normal)) <= width_tx * SPLAT_OFF_TX;
+    let landed = exists && there.w == 1.0 && near && dot(ray.xyz, normal) < 0.0;
+    return Photon(texel, position, normal, select(vec2<f32>(), at, landed), landed, flux, ray.w / width_tx);
+}
+
+fn sprite(photon: Photon) -> vec4<f32> {
+    let at = photon.at * (2.0 * map.size_tx.zw);
+    return vec4<f32>(at.x - 1.0, 1.0 - at.y, select(2.0, 0.5, photon.landed), 1.0);
+}
+
+fn bell(t: f32, radius: f32, falloff: f32) -> f32 {
+    return select(0.0, exp(-(t * t * falloff)), abs(t) < radius);
+}
+
+fn sampled_sum(at: f32, radius: f32, falloff: f32) -> f32 {
+    let first = floor(at - radius) + 0.5;
+    var sum = 0.0;
+    for (var centre = first; centre < at + radius; centre += 1.0) {
+        sum += bell(centre - at, radius, falloff);
+    }
+    return sum;
+}

@@ -1,0 +1,195 @@
+//! The two views of a light: that of its photons, and that of the caustic map.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use nephroid_math::optics::refract;
+use nephroid_math::vector::v3;
+use nephroid_scene::geom::Aabb;
+use nephroid_scene::water::{HeightField, Water};
+use nephroid_scene::{Aim, Light, Material};
+
+use super::SplattingError;
+use super::settings::Views;
+use crate::passes::light_view::{FittedView, TexelView};
+use crate::passes::shadow_map::refracted_under_flat_water;
+use crate::receivers::Receivers;
+use crate::surfaces::Surfaces;
+
+/// Rays along a side of the view that are followed to find out what the light of mirrors and glass reaches.
+const PILOTS: u32 = 64;
+
+/// Share of the light that may land outside of the box on each of its sides; widening the box then catches most of it.
+const TAIL: f64 = 1.0e-3;
+
+/// Share of its size by which the box is widened on each side.
+const WIDENING: f32 = 0.05;
+
+/// The views of a light.
+pub struct LightViews {
+    /// Mirrors, glass or water from the light; a photon for each texel.
+    pub photons: TexelView,
+    /// Receivers from the light.
+    pub map: TexelView,
+    /// What the map holds, m.
+    pub reached: Aabb,
+    /// Component along the axis of the photons' view of the deepest point of mirrors, glass or water, m.
+    pub deepest: f32,
+}
+
+/// What lights shine on.
+pub struct Stage<'a> {
+    /// All objects.
+    pub receivers: &'a Receivers,
+    /// All objects, to be hit by rays.
+    pub surfaces: &'a Surfaces,
+    /// The water and its surface.
+    pub water: Option<(&'a Water, &'a HeightField)>,
+}
+
+/// Sizes and choices from the settings.
+pub struct Wanted {
+    /// What the views hold.
+    pub views: Views,
+    /// Photons along a side.
+    pub photons: u32,
+    /// Texels of the map along a side.
+    pub map_size: u32,
+    /// Whether all paths count for what light reaches, or those alone that image space can follow.
+    pub all_paths: bool,
+}
+
+impl LightViews {
+    /// Views of the light with this number; `None` if it reaches no receiver by way of mirrors, glass or water.
+    ///
+    /// # Errors
+    /// If the light is so near to what it should see that no view holds it.
+    pub fn new(stage: &Stage<'_>, number: usize, light: &Light, wanted: &Wanted) -> Result<Option<Self>, SplattingError> {
+        let all = stage.water.map_or(stage.receivers.bounds, |(_, field)| stage.receivers.bounds.union(bounds_of(field)));
+        let emitters = stage.water.map_or_else(|| specular_points(stage.receivers), |(_, field)| field.positions_ws());
+        if emitters.is_empty() || stage.water.is_some_and(|(water, _)| is_under(light, water)) {
+            return Ok(None);
+        }
+        let scene = all.corners();
+        let seen = if wanted.views == Views::Scene { &scene[..] } else { &emitters };
+        let photons = FittedView::of_points(light, seen, all);
+        let photons = photons.ok_or(SplattingError::NoView { light: number, of: if wanted.views == Views::Scene { "the scene" } else { "mirrors, glass or water" } })?;
+        let reached = match (wanted.views, stage.water) {
+            (Views::Scene, _) => stage.receivers.bounds.expanded(stage.receivers.bounds.size().max_element() * 1.0e-3),
+            (Views::Fitted, Some((water, field))) => box_of(water_pilots(stage.surfaces, light, water, field)),
+            (Views::Fitted, None) => box_of(pilots(stage.surfaces, &photons, wanted.all_paths)),
+        };
+        if reached.is_empty() {
+            return Ok(None);
+        }
+        let map_light = stage.water.map_or(*light, |(water, _)| under_water(light, water));
+        // Light that lands all around a lamp is held by a map of parallel rays.
+        let towards = Light::Directional { aim: Aim::Along(reached.center() - photons.view.position_ws.truncate()), irradiance: Vec3::ONE };
+        let map = FittedView::new(&map_light, reached).or_else(|| FittedView::new(&towards, reached));
+        let map = map.ok_or(SplattingError::NoView { light: number, of: "what its caustics reach" })?;
+        let texels = |view: &FittedView, side| TexelView::new(view, view.square_texels(side));
+        let deepest = emitters.iter().fold(f32::NEG_INFINITY, |deepest, &p| deepest.max(p.dot(photons.axis_ws)));
+        Ok(Some(Self { photons: texels(&photons, wanted.photons), map: texels(&map, wanted.map_size), reached, deepest }))
+    }
+}
+
+/// Light that lands at a place, W.
+type Pilot = (Vec3, f64);
+
+/// Where light lands that the view's rays bring to mirrors and glass.
+fn pilots(surfaces: &Surfaces, view: &FittedView, all_paths: bool) -> Vec<Pilot> {
+    let world_from_clip = view.view.clip_from_world.inverse();
+    let texels = TexelView::new(view, (PILOTS, PILOTS));
+    let row = |y: u32| {
+        (0..PILOTS).flat_map(move |x| {
+            let at = |depth| {
+                let ndc = |i: u32| (i as f32 + 0.5) * (2.0 / PILOTS as f32) - 1.0;
+                world_from_clip.project_point3(Vec3::new(ndc(x), ndc(y), depth))
+            };
+            let (start, end) = (at(0.0), at(1.0));
+            let across = f64::from(texels.area_at(v3(end.x, end.y, end.z)) / (end - start).length_squared());
+            let arrivals = surfaces.arrivals(start, (end - start).normalize_or_zero()).map_or_else(Vec::new, |(_, arrivals)| arrivals);
+            let counted = arrivals.into_iter().filter(move |arrival| all_paths || arrival.plain);
+            counted.map(move |arrival| (arrival.position, across * f64::from(arrival.share.element_sum())))
+        })
+    };
+    (0..PILOTS).into_par_iter().map(|y| row(y).collect::<Vec<_>>()).collect::<Vec<_>>().concat()
+}
+
+/// Where light lands that passes vertices of the water's surface.
+fn water_pilots(surfaces: &Surfaces, light: &Light, water: &Water, field: &HeightField) -> Vec<Pilot> {
+    let step = (field.normals_ws.len() / (PILOTS * PILOTS) as usize).max(1);
+    let positions = field.positions_ws();
+    (0..positions.len())
+        .step_by(step)
+        .filter_map(|i| {
+            let (p, n, d) = (positions[i], field.normals_ws[i], light.incident(positions[i]).direction_ws);
+            let (ray, enters) = refract(v3(d.x, d.y, d.z), v3(n.x, n.y, n.z), 1.0 / water.ior);
+            let across = f64::from(-d.dot(n));
+            (enters && across > 0.0).then_some(())?;
+            Some((surfaces.receiver(p, Vec3::new(ray.x, ray.y, ray.z))?, across))
+        })
+        .collect()
+}
+
+/// The box around all pilots but the last [`TAIL`] of the light on each side, widened.
+fn box_of(pilots: Vec<Pilot>) -> Aabb {
+    let total: f64 = pilots.iter().map(|(_, light)| light).sum();
+    if !(total > 0.0) {
+        return Aabb::EMPTY;
+    }
+    let (mut min, mut max) = (Vec3::ZERO, Vec3::ZERO);
+    for axis in 0..3 {
+        let mut along: Vec<(f32, f64)> = pilots.iter().map(|(p, light)| (p[axis], *light)).collect();
+        along.sort_by(|a, b| a.0.total_cmp(&b.0));
+        min[axis] = beyond_tail(along.iter(), total);
+        max[axis] = beyond_tail(along.iter().rev(), total);
+    }
+    let held = Aabb::from_corners(min, max);
+    held.expanded((held.size().max_element() * WIDENING).max(1.0e-6 * max.abs().max(min.abs()).max_element()).max(f32::MIN_POSITIVE))
+}
+
+/// The first place behind which more than [`TAIL`] of the light lies.
+fn beyond_tail<'a>(along: impl Iterator<Item = &'a (f32, f64)>, total: f64) -> f32 {
+    let mut sum = 0.0;
+    let mut place = 0.0;
+    for (at, light) in along {
+        place = *at;
+        sum += light;
+        if sum > TAIL * total {
+            break;
+        }
+    }
+    place
+}
+
+/// Vertices of mirrors and glass.
+fn specular_points(receivers: &Receivers) -> Vec<Vec3> {
+    let specular = receivers.groups.iter().filter(|group| !matches!(group.material, Material::Diffuse { .. }));
+    specular.flat_map(|group| receivers.positions_of(group)).collect()
+}
+
+fn bounds_of(field: &HeightField) -> Aabb {
+    Aabb::from_points(field.positions_ws())
+}
+
+fn is_under(light: &Light, water: &Water) -> bool {
+    match *light {
+        Light::Directional { .. } => light.incident(Vec3::ZERO).direction_ws.y >= 0.0,
+        Light::Point { position, .. } | Light::Spot { position, .. } => position.y <= water.level_m,
+    }
+}
+
+/// A light whose rays under water are about those of `light` behind flat water: parallel light refracted, a lamp raised to n times its height.
+fn under_water(light: &Light, water: &Water) -> Light {
+    match *light {
+        Light::Directional { irradiance, .. } => {
+            let along = refracted_under_flat_water(light.incident(Vec3::ZERO).direction_ws, water.ior);
+            Light::Directional { aim: Aim::Along(along), irradiance }
+        }
+        Light::Point { position, intensity } | Light::Spot { position, intensity, .. } => {
+            let raised = water.level_m + (position.y - water.level_m) * water.ior;
+            Light::Point { position: Vec3::new(position.x, raised, position.z), intensity }
+        }
+    }
+}
