@@ -28,6 +28,9 @@ use crate::passes::light_view::TexelView;
 /// Least width of a cell in the map, in texels: three of them hold the centre of a texel wherever they lie.
 const LEAST_CELL_TX: f32 = 0.6;
 
+/// Greatest width, in texels: the splat of three of them is no larger than a sprite may be, whichever way it lies.
+const MOST_CELL_TX: f32 = MOST_DIAMETER_TX / 4.3;
+
 /// Step over the step on the other side beyond which the longer one leads across an edge.
 const EDGE: f32 = 4.0;
 
@@ -125,25 +128,25 @@ fn neighbour<L: Lanes>(bindings: &Bindings<'_>, photon: &Photon<L>, texel: V2<L>
     (V2::select(same, map.texel_at(position.xyz()), nowhere), same)
 }
 
-/// Widens what is narrower than [`LEAST_CELL_TX`].
+/// Widens what is narrower than [`LEAST_CELL_TX`], and narrows what is wider than [`MOST_CELL_TX`].
 #[inline(always)]
-fn widened<L: Lanes>(j: &Jacobian<L>) -> Jacobian<L> {
+fn bounded<L: Lanes>(j: &Jacobian<L>) -> Jacobian<L> {
     let half = j.x.x.like(0.5);
     let one = j.x.x.like(1.0);
-    let tiny = j.x.x.like(1.0e-12);
+    let (tiny, huge) = (j.x.x.like(1.0e-12), j.x.x.like(1.0e12));
     // J = turn + reflection, ((e, −h), (h, e)) + ((f, g), (g, −f)).
     let (e, h) = ((j.x.x + j.y.y) * half, (j.x.y - j.y.x) * half);
     let (f, g) = ((j.x.x - j.y.y) * half, (j.x.y + j.y.x) * half);
     let (turn, reflection) = ((e * e + h * h).sqrt(), (f * f + g * g).sqrt());
-    let large = Lanes::max(turn + reflection, one * LEAST_CELL_TX);
-    let small = Lanes::max((turn - reflection).abs(), one * LEAST_CELL_TX);
+    let large = Lanes::clamp(turn + reflection, LEAST_CELL_TX, MOST_CELL_TX);
+    let small = Lanes::clamp((turn - reflection).abs(), LEAST_CELL_TX, MOST_CELL_TX);
     let turns = turn.ge(reflection);
     let (sum, difference) = ((large + small) * half, (large - small) * half);
     let (wide_turn, wide_reflection) = (L::select(turns, sum, difference), L::select(turns, difference, sum));
-    // A part without length has no direction: any will do.
-    let turn_is = turn.gt(tiny);
+    // A part without length, or of a length beyond numbers, has no direction: any will do.
+    let turn_is = turn.gt(tiny) & turn.lt(huge);
     let (e, h) = (L::select(turn_is, e / turn, one) * wide_turn, L::select(turn_is, h / turn, one * 0.0) * wide_turn);
-    let reflection_is = reflection.gt(tiny);
+    let reflection_is = reflection.gt(tiny) & reflection.lt(huge);
     let (f, g) =
         (L::select(reflection_is, f / reflection, one) * wide_reflection, L::select(reflection_is, g / reflection, one * 0.0) * wide_reflection);
     Jacobian { x: v2(e + f, h + g), y: v2(g - h, e - f) }
@@ -165,11 +168,8 @@ impl VertexShader for Vertex {
         let Jacobian { x, y } = steps(self.source, bindings, input, &photon);
         // Three knots of the splines span the splat.
         let cells = one.like(bindings.uniform::<SplatsUniform>(1).shape.x / 3.0);
-        let wide = widened(&Jacobian { x: x * cells, y: y * cells });
-        let reach = v2((wide.x.x.abs() + wide.y.x.abs()) * 1.5, (wide.x.y.abs() + wide.y.y.abs()) * 1.5);
-        let shrink = Lanes::min(one, one.like(0.5 * MOST_DIAMETER_TX) / Lanes::max(reach.x, reach.y));
-        let j = Jacobian { x: wide.x * shrink, y: wide.y * shrink };
-        let reach = reach * shrink;
+        let j = bounded(&Jacobian { x: x * cells, y: y * cells });
+        let reach = v2((j.x.x.abs() + j.y.x.abs()) * 1.5, (j.x.y.abs() + j.y.y.abs()) * 1.5);
         let inverse_determinant = one / j.x.perp_dot(j.y);
         let inverse = Jacobian {
             x: v2(j.y.y * inverse_determinant, -(j.y.x * inverse_determinant)),

@@ -1,6 +1,7 @@
 // Splats from the photon's own differential: the twin of `differential.rs`.
 
 const LEAST_CELL_TX: f32 = 0.6;
+const MOST_CELL_TX: f32 = MOST_DIAMETER_TX / 4.3;
 
 struct Varyings {
     @builtin(position) position: vec4<f32>,
@@ -19,19 +20,19 @@ fn weight_at(offset: vec2<f32>, inverse: vec4<f32>) -> f32 {
     return spline(dot(inverse.xy, offset)) * spline(dot(inverse.zw, offset));
 }
 
-// Columns of a Jacobian, widened where it is narrower than a cell may be.
-fn widened(j: vec4<f32>) -> vec4<f32> {
+// Columns of a Jacobian, widened and narrowed to what a cell may be.
+fn bounded(j: vec4<f32>) -> vec4<f32> {
     let turn_part = vec2<f32>(j.x + j.w, j.y - j.z) * 0.5;
     let reflection_part = vec2<f32>(j.x - j.w, j.y + j.z) * 0.5;
     let turn = sqrt(dot(turn_part, turn_part));
     let reflection = sqrt(dot(reflection_part, reflection_part));
-    let large = max(turn + reflection, LEAST_CELL_TX);
-    let small = max(abs(turn - reflection), LEAST_CELL_TX);
+    let large = clamp(turn + reflection, LEAST_CELL_TX, MOST_CELL_TX);
+    let small = clamp(abs(turn - reflection), LEAST_CELL_TX, MOST_CELL_TX);
     let sum = (large + small) * 0.5;
     let difference = (large - small) * 0.5;
     let turns = turn >= reflection;
-    let eh = select(vec2<f32>(1.0, 0.0), turn_part / turn, turn > 1.0e-12) * select(difference, sum, turns);
-    let fg = select(vec2<f32>(1.0, 0.0), reflection_part / reflection, reflection > 1.0e-12) * select(sum, difference, turns);
+    let eh = select(vec2<f32>(1.0, 0.0), turn_part / turn, turn > 1.0e-12 && turn < 1.0e12) * select(difference, sum, turns);
+    let fg = select(vec2<f32>(1.0, 0.0), reflection_part / reflection, reflection > 1.0e-12 && reflection < 1.0e12) * select(sum, difference, turns);
     return vec4<f32>(eh.x + fg.x, eh.y + fg.y, fg.y - eh.y, eh.x - fg.x);
 }
 
@@ -42,11 +43,8 @@ fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
         return Varyings(vec4<f32>(0.0, 0.0, 2.0, 1.0), vec4<f32>(), vec4<f32>(), vec4<f32>());
     }
     let steps = steps_of(photon, vertex_index);
-    let wide = widened(steps * (splats.shape.x / 3.0));
-    var reach = (abs(wide.xy) + abs(wide.zw)) * 1.5;
-    let shrink = min(1.0, 0.5 * MOST_DIAMETER_TX / max(reach.x, reach.y));
-    let j = wide * shrink;
-    reach *= shrink;
+    let j = bounded(steps * (splats.shape.x / 3.0));
+    let reach = (abs(j.xy) + abs(j.zw)) * 1.5;
     let inverse = vec4<f32>(j.w, -j.z, -j.y, j.x) * (1.0 / (j.x * j.w - j.y * j.z));
     let first = floor(photon.at - reach) + 0.5;
     let last = photon.at + reach;
