@@ -22,6 +22,7 @@ mod render_cli;
 mod scene_files;
 mod seam;
 mod settings;
+mod splatting;
 mod trace;
 mod trace_cli;
 mod wgsl;

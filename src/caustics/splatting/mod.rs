@@ -49,7 +49,7 @@ use nephroid_scene::{Group, Scene, Settings};
 
 use super::builder::cut_level;
 use super::surfaces::Surfaces;
-use super::{Builder, Feature, Layout, Receivers, RenderError, Technique, TechniqueFrame};
+use super::{Builder, Feature, Layout, Receivers, RenderError, Technique, TechniqueFrame, Variant};
 use crate::layout;
 use exact::PhotonRecord;
 use frame::Shared;
@@ -90,6 +90,16 @@ impl Technique for SplattingTechnique {
             layout!(PhotonsUniform: box_min, box_max, sigma_t),
             layout!(SplatsUniform: shape),
             layout!(PhotonRecord: position_ws, direction_ws, flux, x_ws, y_ws),
+        ]
+    }
+    fn variants(&self) -> Vec<Variant> {
+        let sizes = Splatting { splats: Splats::Sizes, ..Splatting::default() };
+        let exact = Splatting { intersection: Intersection::Exact, ..Splatting::default() };
+        vec![
+            Variant { name: "", settings: None },
+            Variant { name: "paper", settings: Some(self.settings().paper()) },
+            Variant { name: "sizes", settings: Some(sizes.boxed()) },
+            Variant { name: "exact", settings: Some(exact.boxed()) },
         ]
     }
     fn prepare(&self, scene: &Scene) -> Result<Box<dyn Builder>, RenderError> {

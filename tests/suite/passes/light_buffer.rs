@@ -174,8 +174,8 @@ fn kinds_and_indices_are_those_of_the_side_that_is_lit() {
     let cases = [
         (grey(), 1.0, [0.25, 0.5, 0.75], 0.0, 0.0),
         (mirror, 2.0, [0.5, 0.25, 1.0], 0.0, 0.0),
-        (glass, 3.0, [1.0; 3], 1.5, f64::from(1.0_f32 / 1.5)),
-        (SurfaceUniform::water(1.333), 3.0, [1.0; 3], f64::from(1.333_f32), f64::from(1.0_f32 / 1.333)),
+        (glass, 3.0, [0.0; 3], 1.5, f64::from(1.0_f32 / 1.5)),
+        (SurfaceUniform::water(1.333), 4.0, [0.0; 3], f64::from(1.333_f32), f64::from(1.0_f32 / 1.333)),
     ];
     for (with, kind, [r, g, b], above, below) in cases {
         for (view, index, up) in [(&from_above, above, 1.0), (&from_below, below, -1.0)] {
