@@ -6,7 +6,8 @@ use nephroid_pipeline::{Surface, Texture};
 
 use super::{LayerSource, Resolve, TechniqueFrame};
 
-/// The layers requested from a frame: the named ones in the caller's order, or all standard ones.
+/// The layers requested from a frame: the named ones in the caller's order, or all standard ones. A layer of an attachment has its name with `_` for
+/// each space.
 pub(super) fn extract(built: &TechniqueFrame, output: &FrameOutput<'_>, names: Option<&[String]>) -> Result<LayerSet, LayerError> {
     let mut set = LayerSet::new();
     match names {
@@ -26,7 +27,8 @@ pub(super) fn extract(built: &TechniqueFrame, output: &FrameOutput<'_>, names: O
                     Some(source) => set.push(read(built, source, output)?)?,
                     None => {
                         if let Some(id) = attachment(&built.frame, name) {
-                            set.push(raw(name, output.texture(id))?)?;
+                            // Layers have no spaces in their names; passes and attachments have.
+                            set.push(raw(&name.replace(' ', "_"), output.texture(id))?)?;
                         }
                     }
                 }

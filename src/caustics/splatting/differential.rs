@@ -25,8 +25,8 @@ use super::photons::Fate;
 use super::splats::{MOST_DIAMETER_TX, Photon, SPRITE_MARGIN_TX, Source, SplatsUniform, photon, splat_wgsl, sprite};
 use crate::passes::light_view::TexelView;
 
-/// Least width of a cell in the map, in texels: three of them hold the centre of a texel wherever they lie.
-const LEAST_CELL_TX: f32 = 0.6;
+/// Least width of a cell in the map, in texels. Splines of one texel add up to 1 at texel centres wherever they lie; narrower ones do not.
+const LEAST_CELL_TX: f32 = 1.0;
 
 /// Greatest width, in texels: the splat of three of them is no larger than a sprite may be, whichever way it lies.
 const MOST_CELL_TX: f32 = MOST_DIAMETER_TX / 4.3;

@@ -1,6 +1,6 @@
 // Splats from the photon's own differential: the twin of `differential.rs`.
 
-const LEAST_CELL_TX: f32 = 0.6;
+const LEAST_CELL_TX: f32 = 1.0;
 const MOST_CELL_TX: f32 = MOST_DIAMETER_TX / 4.3;
 
 struct Varyings {

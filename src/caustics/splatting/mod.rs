@@ -18,7 +18,7 @@
 //!
 //! Decisions where the paper leaves a choice, in full in `docs/techniques/splatting.md`:
 //! - E1 a lens has its power in the medium around it;
-//! - E2 diameters by vergence, which is finite in focus; at least a texel and a half;
+//! - E2 diameters by vergence, which is finite in focus; at least three texels;
 //! - E3 curvature at the vertices of the mesh, or from normals;
 //! - E4 a splat keeps its photon's energy;
 //! - E5 shares are divided by their sampled sum; `paper` divides by the integral;

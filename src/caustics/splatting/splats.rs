@@ -26,8 +26,8 @@ use crate::passes::light_view::TexelView;
 /// Largest diameter of a splat, in texels.
 pub const MOST_DIAMETER_TX: f32 = 63.0;
 
-/// Least diameter, in texels: less could lie between the centres of texels.
-pub const LEAST_DIAMETER_TX: f32 = 1.5;
+/// Least diameter, in texels: the smallest size of the paper. In focus, eq. 7 gives 0.
+pub const LEAST_DIAMETER_TX: f32 = 3.0;
 
 /// Amount by which a sprite is larger than its splat, in texels, so that snapping its place cuts nothing off.
 pub const SPRITE_MARGIN_TX: f32 = 0.04;

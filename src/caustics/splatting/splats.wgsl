@@ -1,7 +1,7 @@
 // Photons as splats: the twin of `splats.rs`.
 
 const MOST_DIAMETER_TX: f32 = 63.0;
-const LEAST_DIAMETER_TX: f32 = 1.5;
+const LEAST_DIAMETER_TX: f32 = 3.0;
 const SPRITE_MARGIN_TX: f32 = 0.04;
 const FALLOFF: f32 = 12.5;
 const SPLAT_OFF_TX: f32 = 2.0;
