@@ -224,7 +224,10 @@ impl Surfaces {
             state.share *= self.kept(at.mesh, at.position.distance(state.position));
         }
         let incoming = to_v3(state.direction);
-        let tint = if let Material::Mirror { reflectance } = self.meshes[at.mesh as usize].1 { reflectance } else { Vec3::ONE };
+        let (is_mirror, tint) = match self.meshes[at.mesh as usize].1 {
+            Material::Mirror { reflectance } => (true, reflectance),
+            _ => (false, Vec3::ONE),
+        };
         let events = state.events + 1;
         let follow = |event: u64, share: Vec3, direction: V3<f32>, through: bool, inside: Option<u32>| {
             let direction = Vec3::new(direction.x, direction.y, direction.z);
@@ -233,7 +236,8 @@ impl Surfaces {
             let position = at.position + face * if through { -self.step_off } else { self.step_off };
             let hash = step_hash(state.hash, at.mesh, at.piece, event);
             // Reflected first and last; or through the first surface, and through the second one from its inside.
-            let plain = state.plain && (events == 1 && through == inside.is_some() || events == 2 && through && inside.is_none());
+            let first_or_second = events == 1 && through == inside.is_some() || events == 2 && through && inside.is_none();
+            let plain = state.plain && first_or_second && (through || is_mirror);
             let next = State { hash, share, position, direction, events, tint: state.tint * tint, plain, inside };
             (goes_through == through && share.max_element() >= LEAST_SHARE).then_some(next)
         };

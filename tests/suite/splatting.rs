@@ -55,7 +55,7 @@ fn still_water_lights_its_floor_evenly() {
             settings(&mut scene).splats = Splats::Fixed;
             settings(&mut scene).splat_size = 1.5;
             let (mean, noise) = mean_and_noise(&irradiance(&scene));
-            assert!((mean / expected - 1.0).abs() < 5.0e-3 && noise > 0.02, "{elevation}: {mean} {expected}, {noise}");
+            assert!((mean / expected - 1.0).abs() < 5.0e-3 && noise > 0.01, "{elevation}: {mean} {expected}, {noise}");
         }
         // Other water is noticed.
         settings(&mut scene).splats = Splats::Differential;
@@ -126,14 +126,14 @@ fn a_ball_of_glass_makes_its_rings_of_light() {
         off / all
     };
     for (splats, bound) in [(Splats::Differential, 0.012), (Splats::Lens, 0.03), (Splats::Fixed, 0.04), (Splats::Sizes, 0.05)] {
-        settings(&mut scene).splats = splats;
+        (settings(&mut scene).splats, settings(&mut scene).splat_size) = (splats, if splats == Splats::Differential { 3.0 } else { 7.0 });
         let drawn = irradiance(&scene);
         let (off, off_other) = (error_of(&drawn, 1.5), error_of(&drawn, 1.53));
         println!("{splats:?}: error {off}; of other glass {off_other}");
         assert!(off < bound && off_other > 1.5 * off, "{splats:?}: {off} {off_other}");
     }
     // The paper's searches find the same, and so does a gathering in the picture.
-    settings(&mut scene).splats = Splats::Differential;
+    (settings(&mut scene).splats, settings(&mut scene).splat_size) = (Splats::Differential, 3.0);
     for (search, gather) in [(Search::Wyman, Gather::Light), (Search::Shah, Gather::Light), (Search::Bracketed, Gather::Eye)] {
         (settings(&mut scene).search, settings(&mut scene).gather) = (search, gather);
         let off = error_of(&irradiance(&scene), 1.5);
@@ -250,16 +250,15 @@ fn image_space_finds_what_the_triangles_say() {
     };
     let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>() / b.iter().sum::<f64>();
     let image = map(&scene);
-    settings(&mut scene).views = Views::Fitted;
-    // The same box for both: paths that image space cannot follow would widen it.
     settings(&mut scene).intersection = Intersection::Exact;
     let exact = map(&scene);
     let ratio = image.iter().sum::<f64>() / exact.iter().sum::<f64>();
     settings(&mut scene).intersection = Intersection::Image;
     settings(&mut scene).exit_steps = 0;
     let straight = map(&scene);
-    println!("energy {ratio}; with 12 steps in glass {}, with none {}", off(&image, &exact), off(&straight, &exact));
-    assert!((ratio - 1.0).abs() < 5.0e-3, "{ratio}");
+    let (with, without) = (off(&image, &exact), off(&straight, &exact));
+    println!("energy {ratio}; differs by {with}, without steps in glass by {without}");
+    assert!((ratio - 1.0).abs() < 5.0e-3 && with < 0.05 && without > 3.0 * with, "{ratio} {with} {without}");
 }
 
 #[test]
@@ -283,7 +282,7 @@ fn every_choice_is_drawn_and_counts_its_photons() {
         let pixels = rendered.layers.get("caustic_irradiance").expect("asked for").planes()[0].pixels().to_vec();
         assert!(pixels.iter().all(|e| e.is_finite()) && pixels.iter().any(|e| *e > 100.0), "{with:?}");
         let (arrived, landed) = (audit(&rendered, "photons_arrived"), audit(&rendered, "photons_landed"));
-        assert!(landed > 0.6 * arrived && landed <= arrived, "{with:?}: {landed} of {arrived}");
+        assert!(landed > 0.4 * arrived && landed <= arrived, "{with:?}: {landed} of {arrived}");
         pictures.push(pixels);
     }
     for (i, picture) in pictures.iter().enumerate() {

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use nephroid_math::vector::v3;
 use nephroid_scene::Light;
+use nephroid_scene::geom::Aabb;
 
 use crate::passes::light_view::TexelView;
 use crate::surfaces::{Arrival, Surfaces};
@@ -32,8 +33,10 @@ pub struct PhotonRecord {
 
 /// All photons of a light.
 pub struct ExactPhotons {
-    /// Those that have landed, in the order of the view's texels.
+    /// Those that have landed in the box, in the order of the view's texels.
     pub records: Vec<PhotonRecord>,
+    /// Number of those that have landed outside of it.
+    pub beyond: u64,
     /// Rays that have met a mirror, glass or water first.
     pub arrived: u64,
     /// Their light, W, summed over RGB.
@@ -52,8 +55,8 @@ struct Ends {
     arrivals: Vec<Arrival>,
 }
 
-/// Follows the light of each texel of a view. `lossless`: only paths that image space can follow, without losses but those of mirrors.
-pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, lossless: bool) -> ExactPhotons {
+/// Follows the light of each texel of a view to receivers in `reached`. `lossless`: only paths that image space can follow, without losses but those of mirrors.
+pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, reached: Aabb, lossless: bool) -> ExactPhotons {
     let (columns, rows) = (view.size_tx.x as u32, view.size_tx.y as u32);
     let world_from_clip = view.view.clip_from_world.inverse();
     let ends: Vec<Vec<Ends>> = (0..rows)
@@ -92,10 +95,13 @@ pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, lossless: bo
             (0..ends[y].len()).flat_map(of_texel).filter(|record| record.flux != Vec4::ZERO).collect()
         })
         .collect();
-    let records = records.concat();
+    let mut records = records.concat();
+    let all = records.len();
+    records.retain(|record| reached.contains(record.position_ws.truncate()));
     let watts = |flux: Vec3| flux.as_dvec3().element_sum();
     let lit = || ends.iter().flatten().filter(|ends| ends.flux != Vec3::ZERO);
     ExactPhotons {
+        beyond: (all - records.len()) as u64,
         arrived: lit().count() as u64,
         arrived_w: lit().map(|ends| watts(ends.flux)).sum(),
         landed_w: records.iter().map(|record| watts(record.flux.truncate())).sum(),

@@ -8,7 +8,7 @@ use nephroid_pipeline::frame::{BindEntry, Draw, Pass, TextureId};
 use nephroid_pipeline::state::{ADDITIVE, PrimitiveState, PrimitiveTopology, TextureFormat};
 use nephroid_pipeline::{Buffer, RenderPipelineDescriptor, TextureDescriptor};
 use nephroid_math::vector::v3;
-use nephroid_scene::geom::Mesh;
+use nephroid_scene::geom::{Aabb, Mesh};
 use nephroid_scene::water::{HeightField, Water};
 use nephroid_scene::{Material, Radiometry, Scene};
 
@@ -97,7 +97,7 @@ pub fn build(
         views: settings.views,
         photons: settings.photons,
         map_size: settings.map_size,
-        all_paths: settings.intersection == Intersection::Exact,
+        all_paths: settings.intersection == Intersection::Exact && settings.radiometry == Radiometry::Physical,
     };
     if settings.gather == Gather::Eye && builder.margin > 0 {
         return Err(SplattingError::EyeThroughWater.into());
@@ -140,8 +140,22 @@ struct Totals {
     dark: u64,
     /// Lamps whose map has parallel rays.
     parallel: u64,
-    /// Exact photons: rays, their light in watts, and the photons and watts that have landed.
-    exact: Option<(u64, f64, u64, f64)>,
+    exact: Option<ExactTotals>,
+}
+
+/// Sums over exact photons.
+#[derive(Default)]
+struct ExactTotals {
+    /// Rays that meet a mirror, glass or water.
+    rays: u64,
+    /// Their light.
+    arrived_w: f64,
+    /// Photons in the map.
+    photons: u64,
+    /// Their light.
+    landed_w: f64,
+    /// Photons on receivers outside of the map.
+    beyond: u64,
 }
 
 impl Totals {
@@ -153,9 +167,10 @@ impl Totals {
             ("maps_of_parallel_rays".to_owned(), self.parallel),
         ];
         let mut audit = Vec::new();
-        if let Some((rays, arrived, photons, landed)) = self.exact {
-            counters.extend([("photon_rays_arrived".to_owned(), rays), (LANDED.to_owned(), photons)]);
-            audit.extend([(ARRIVED.to_owned(), arrived), (LANDED.to_owned(), landed)]);
+        if let Some(exact) = &self.exact {
+            let count = |name: &str, count| (name.to_owned(), count);
+            counters.extend([count("photon_rays_arrived", exact.rays), count(LANDED, exact.photons), count("photons_beyond_the_map", exact.beyond)]);
+            audit.extend([(ARRIVED.to_owned(), exact.arrived_w), (LANDED.to_owned(), exact.landed_w)]);
         }
         (counters, audit)
     }
@@ -317,9 +332,18 @@ impl LightPass<'_> {
     /// Follows photons through the triangles of the scene.
     fn exact_photons(&self, builder: &mut FrameBuilder<'_>, surfaces: &Surfaces, totals: &mut Totals) -> Photons {
         let light = &builder.scene.lights[self.light.number];
-        let ExactPhotons { mut records, arrived, arrived_w, landed_w } = exact::follow(surfaces, light, &self.views.photons, self.paper());
-        let sum = totals.exact.get_or_insert((0, 0.0, 0, 0.0));
-        *sum = (sum.0 + arrived, sum.1 + arrived_w, sum.2 + records.len() as u64, sum.3 + landed_w);
+        let everywhere = Aabb { min: Vec3::splat(f32::MIN), max: Vec3::splat(f32::MAX) };
+        let reached = if self.settings.gather == Gather::Eye { everywhere } else { self.views.reached };
+        let ExactPhotons { mut records, beyond, arrived, arrived_w, landed_w } =
+            exact::follow(surfaces, light, &self.views.photons, reached, self.paper());
+        let sum = totals.exact.get_or_insert_with(ExactTotals::default);
+        *sum = ExactTotals {
+            rays: sum.rays + arrived,
+            arrived_w: sum.arrived_w + arrived_w,
+            photons: sum.photons + records.len() as u64,
+            landed_w: sum.landed_w + landed_w,
+            beyond: sum.beyond + beyond,
+        };
         let count = records.len() as u32;
         if records.is_empty() {
             // A storage binding has at least one element.

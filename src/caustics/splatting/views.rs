@@ -55,7 +55,7 @@ pub struct Wanted {
     pub photons: u32,
     /// Texels of the map along a side.
     pub map_size: u32,
-    /// Whether all paths count for what light reaches, or those alone that image space can follow.
+    /// Whether all paths are followed, or those alone that image space can follow.
     pub all_paths: bool,
 }
 
