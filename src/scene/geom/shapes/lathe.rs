@@ -81,7 +81,7 @@ impl Lathe {
         let mut start = 0;
         for i in 1..=last {
             let is_edge = points[i] == points[i - 1];
-            if is_edge && i - 1 == start || is_edge && i == last {
+            if is_edge && (i - 1 == start || i == last) {
                 let allowed = "points of which at most two in a row are equal, and not at the ends";
                 check.fail("profile", format_args!("({}, {}) again at point {i}", points[i].x, points[i].y), allowed)?;
             }
