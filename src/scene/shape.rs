@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::geom::Mesh;
 use crate::geom::shapes::{
-    Boulder, Capsule, Column, Cone, Cuboid, Cylinder, Figure, Grid, IcoSphere, Pool, Pot, ShapeError, Stairs, Terrain, Torus, TorusKnot,
-    UvSphere,
+    Boulder, Capsule, Column, Cone, Cuboid, Cylinder, Figure, Grid, IcoSphere, Lathe, MAX_PROFILE_POINTS, Pool, Pot, ShapeError, Stairs,
+    Terrain, Torus, TorusKnot, UvSphere,
 };
 
 use super::check::{At, Invalid};
@@ -46,6 +46,8 @@ pub enum Shape {
     TorusKnot(TorusKnot),
     /// A vessel that stands on y = 0.
     Pot(Pot),
+    /// A turned body around the y axis, at the heights of its profile.
+    Lathe(Lathe),
     /// A fluted column with base and capital that stands on y = 0.
     Column(Column),
     /// A flight of steps that stands on y = 0.
@@ -81,6 +83,7 @@ impl Shape {
             Self::Torus(shape) => shape.mesh(),
             Self::TorusKnot(shape) => shape.mesh(),
             Self::Pot(shape) => shape.mesh(),
+            Self::Lathe(shape) => shape.mesh(),
             Self::Column(shape) => shape.mesh(),
             Self::Stairs(shape) => shape.mesh(),
             Self::Pool(shape) => shape.mesh(),
@@ -156,6 +159,12 @@ impl Shape {
                 count("slices", shape.slices, 8..=2048)?;
                 Self::Pot(Pot { slices: 8, ..shape })
             }
+            Self::Lathe(ref shape) => {
+                at.field("profile").list(shape.profile.len(), 2..=MAX_PROFILE_POINTS)?;
+                count("steps", shape.steps, 1..=64)?;
+                count("slices", shape.slices, AROUND)?;
+                Self::Lathe(Lathe { slices: 3, ..shape.clone() })
+            }
             Self::Stairs(shape) => {
                 count("steps", shape.steps, 1..=256)?;
                 Self::Stairs(Stairs { steps: 1, ..shape })
@@ -199,6 +208,7 @@ impl Shape {
             Self::Torus(Torus { slices, sides, .. }) => 2 * product(slices, sides),
             Self::TorusKnot(TorusKnot { segments, sides, .. }) => 2 * product(segments, sides),
             Self::Pot(Pot { slices, .. }) => product(slices, 512) + 65536,
+            Self::Lathe(Lathe { ref profile, steps, slices }) => 2 * product(slices, steps) * profile.len() as u64,
             Self::Column(Column { flutes, .. }) => product(flutes, 4096) + 65536,
             Self::Stairs(Stairs { steps, .. }) => product(steps, 256) + 256,
             Self::Pool(_) => 1024,
@@ -241,6 +251,7 @@ mod tests {
             Shape::Torus(Torus::default()),
             Shape::TorusKnot(TorusKnot::default()),
             Shape::Pot(Pot::default()),
+            Shape::Lathe(Lathe::default()),
             Shape::Column(Column::default()),
             Shape::Stairs(Stairs::default()),
             Shape::Pool(Pool::default()),
@@ -297,6 +308,9 @@ mod tests {
             ("Torus(slices: 4096, sides: 4096, tube_radius_m: 2)", "tube_radius_m", "2"),
             ("TorusKnot(segments: 16384, sides: 1024, p: 2, q: 4)", "q", "4"),
             ("Pot(slices: 2048, thickness: 1)", "thickness", "1"),
+            ("Lathe(profile: [(0, 0)])", "profile", "1 elements"),
+            ("Lathe(profile: [(0, 0), (-1, 1)])", "profile", "(-1, 1) at point 1"),
+            ("Lathe(slices: 4096, steps: 65)", "steps", "65"),
             ("Column(flutes: 65)", "flutes", "65"),
             ("Stairs(steps: 257)", "steps", "257"),
             ("Pool(depth_m: 1e30)", "depth_m", "1000000000000000000000000000000"),

@@ -575,7 +575,23 @@ fn shipped_scenes_are_valid_and_say_what_they_exercise() {
     let analytic =
         ["cap", "cardioid", "crossed_sines", "flat_water", "glass_ball", "matched", "mirror_ring", "sine_water", "slab", "wedge"];
     let mut wanted: Vec<String> = analytic.iter().map(|name| format!("analytic/{name}.ron")).collect();
-    let others = ["ball", "bath", "columns", "courtyard", "glass", "jetty", "lido", "pool", "pots", "ring"];
+    let others = [
+        "ball",
+        "bath",
+        "bowl",
+        "columns",
+        "companions",
+        "courtyard",
+        "figure",
+        "glass",
+        "jetty",
+        "knots",
+        "lido",
+        "pool",
+        "pots",
+        "ring",
+        "tablecloth",
+    ];
     wanted.extend(others.iter().map(|name| format!("{name}.ron")));
     assert_eq!(support::shipped_scenes(), wanted);
     for path in &shipped {

@@ -97,6 +97,8 @@ impl Technique for LightVolumesTechnique {
                 Shape::UvSphere(sphere) => (sphere.slices, sphere.stacks) = (24, 12),
                 Shape::TorusKnot(knot) => (knot.segments, knot.sides) = (96, 12),
                 Shape::Cylinder(cylinder) => cylinder.slices = 48,
+                Shape::Lathe(lathe) => (lathe.steps, lathe.slices) = (1, 32),
+                Shape::Figure(figure) => figure.resolution = 24,
                 _ => {}
             }
         }

@@ -35,6 +35,7 @@ use super::Mesh;
 pub use boulder::Boulder;
 pub use column::Column;
 pub use figure::{Figure, FigureKind};
+pub use lathe::{Lathe, MAX_PROFILE_POINTS};
 pub use planar::{Cuboid, Grid};
 pub use pool::Pool;
 pub use pottery::{Pot, PotKind};
@@ -83,6 +84,8 @@ pub enum Shape {
     TorusKnot(TorusKnot),
     /// A vessel.
     Pot(Pot),
+    /// A turned body.
+    Lathe(Lathe),
     /// A fluted column with base and capital.
     Column(Column),
     /// A flight of steps.
@@ -114,6 +117,7 @@ impl Shape {
             Self::Torus(shape) => shape.mesh(),
             Self::TorusKnot(shape) => shape.mesh(),
             Self::Pot(shape) => shape.mesh(),
+            Self::Lathe(shape) => shape.mesh(),
             Self::Column(shape) => shape.mesh(),
             Self::Stairs(shape) => shape.mesh(),
             Self::Pool(shape) => shape.mesh(),
@@ -137,6 +141,7 @@ impl Shape {
             Self::Torus(Torus::default()),
             Self::TorusKnot(TorusKnot::default()),
             Self::Pot(Pot::default()),
+            Self::Lathe(Lathe::default()),
             Self::Column(Column::default()),
             Self::Stairs(Stairs::default()),
             Self::Pool(Pool::default()),

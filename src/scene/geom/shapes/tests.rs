@@ -44,7 +44,7 @@ fn normals_agree(mesh: &Mesh) -> f64 {
 #[test]
 fn every_shape_is_sound() {
     let catalogue = Shape::catalogue();
-    assert_eq!(catalogue.len(), 16);
+    assert_eq!(catalogue.len(), 17);
     for shape in &catalogue {
         let mesh = check_shape(shape);
         assert!(normals_agree(&mesh) > 0.995, "{shape:?}: {}", normals_agree(&mesh));
@@ -118,6 +118,46 @@ fn open_cylinder_is_a_wall_without_ends() {
     for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
         assert!(p.y == 0.0 || p.y == 0.8);
         assert!((Vec3::new(p.x, 0.0, p.z) - *n).length() < 1e-6, "the normal at {p} is {n}");
+    }
+}
+
+#[test]
+fn turned_arcs_are_circular_up_to_their_ends() {
+    // A sphere in steps of 15 degrees from pole to pole, and one cut off at both sides.
+    for degrees in [-90..=90, -60..=45] {
+        let points = degrees.clone().step_by(15).map(|degrees: i32| {
+            let (sin, cos) = libm::sincosf((degrees as f32).to_radians());
+            Vec2::new(if degrees.abs() == 90 { 0.0 } else { cos }, sin)
+        });
+        let lathe = Lathe { profile: points.collect(), steps: 8, slices: 64 };
+        let mesh = lathe.mesh().unwrap();
+        assert_eq!(mesh.validate(), Ok(()));
+        assert_eq!(mesh.edge_report().border_count, if degrees == (-90..=90) { 0 } else { 2 * 64 });
+        for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
+            assert!((p.length() - 1.0).abs() < 2e-4, "{p} is {} from the centre", p.length());
+            assert!(n.distance(p.normalize()) < 4e-3, "the normal at {p} is {n}");
+        }
+    }
+}
+
+#[test]
+fn turned_bodies_have_sharp_edges_where_a_point_is_given_twice() {
+    let profile = |points: &[(f32, f32)]| Lathe { profile: points.iter().map(|&p| p.into()).collect(), steps: 6, slices: 512 };
+    let cylinder = profile(&[(0.0, 0.0), (0.5, 0.0), (0.5, 0.0), (0.5, 2.0), (0.5, 2.0), (0.0, 2.0)]);
+    assert_eq!(check_shape(&Shape::Lathe(cylinder)), Cylinder { radius_m: 0.5, height_m: 2.0, slices: 512, open: false }.mesh().unwrap());
+    for wrong in [
+        &[(0.0, 0.0)][..],
+        &[(0.0, 0.0), (f32::NAN, 1.0)],
+        &[(0.0, 0.0), (1.0, f32::INFINITY)],
+        &[(0.0, 0.0), (0.0, 1.0), (1.0, 1.0)],
+        &[(0.0, 0.0), (0.0, 1.0)],
+        &[(1.0, 0.0), (1.0, 0.0), (1.0, 1.0)],
+        &[(1.0, 0.0), (1.0, 1.0), (1.0, 1.0)],
+        &[(1.0, 0.0), (1.0, 1.0), (1.0, 1.0), (1.0, 1.0), (1.0, 2.0)],
+        // The curve turns so fast that it swings past the axis.
+        &[(1.0, 0.0), (0.01, 0.0), (0.01, 0.5), (1.0, 0.5)],
+    ] {
+        assert_eq!(profile(wrong).mesh().map_err(|error| error.field).err(), Some("profile"), "{wrong:?}");
     }
 }
 
@@ -221,7 +261,7 @@ fn hash(mesh: &Mesh) -> u64 {
 #[test]
 fn shapes_are_pinned() {
     let hashes: Vec<u64> = Shape::catalogue().iter().map(|shape| hash(&shape.mesh().unwrap())).collect();
-    let pinned: [u64; 16] = [
+    let pinned: [u64; 17] = [
         0x595c_5805_694e_0305,
         0xe8db_b20b_170b_ed0c,
         0x4d2f_b29d_dd45_4938,
@@ -232,6 +272,7 @@ fn shapes_are_pinned() {
         0x6203_038e_dde7_5692,
         0x8f28_c37f_e5ad_cfe1,
         0xcf8e_5785_ea5c_c4bc,
+        0x04af_13bf_359d_5d10,
         0x4efc_0fc3_24d0_1c6f,
         0xcc7e_4b83_7f73_b199,
         0x7072_18cb_c33a_dce3,
@@ -260,6 +301,8 @@ proptest! {
             check_shape(&Shape::TorusKnot(TorusKnot { p, q, radius_m: a, ring_radius_m: a * 0.4, tube_radius_m: a * 0.05, segments: 64 + n * 4, sides: m }));
         }
         check_shape(&Shape::Pot(Pot { height_m: a, thickness: 0.005 + 0.035 * b, slices: n + 5, ..Pot::default() }));
+        let turned = [(0.0, 0.0), (a, 0.0), (a, 0.0), (a * (b + 0.1), b), (a, 2.0 * b), (a * 0.4, 2.5 * b), (0.0, 2.6 * b)];
+        check_shape(&Shape::Lathe(Lathe { profile: turned.map(Vec2::from).to_vec(), steps: p, slices: n }));
         check_shape(&Shape::Column(Column { height_m: a * (4.0 + 10.0 * b), radius_m: a, flutes: 8 + m }));
         check_shape(&Shape::Stairs(Stairs { steps: p, width_m: a, rise_m: b, run_m: b * 1.3, nosing_radius_m: b * (rough * 1.9) }));
         check_shape(&Shape::Boulder(Boulder { radius_m: a, roughness: rough, subdivisions: m % 5, seed, ..Boulder::default() }));
