@@ -36,10 +36,13 @@ pub fn noise(seed: u64, count: usize) -> Vec<f32> {
     (0..count).map(|_| rng.f32(0.0, 1.0)).collect()
 }
 
+/// What the vertices of surfaces have as their curvature, 1/m.
+pub const CURVATURE: f32 = 0.375;
+
 /// Adds a mesh, turned and then moved.
 pub fn surface(frame: &mut Frame, mesh: &Mesh, (turn, offset): (Quat, Vec3), surface: SurfaceUniform) -> SurfaceDraw {
     let vertices: Vec<ReceiverVertex> = (mesh.positions.iter().zip(&mesh.normals))
-        .map(|(p, n)| ReceiverVertex { position_ws: (turn * *p + offset).extend(1.0), normal_ws: (turn * *n).extend(0.0) })
+        .map(|(p, n)| ReceiverVertex { position_ws: (turn * *p + offset).extend(1.0), normal_ws: (turn * *n).extend(CURVATURE) })
         .collect();
     let indices: Vec<u32> = mesh.triangles().flatten().collect();
     SurfaceDraw {

@@ -14,7 +14,7 @@ use nephroid_scene::{Material, Radiometry, Scene};
 
 use super::exact::{self, ExactPhotons, PhotonRecord};
 use super::photons::{self, Fate, PhotonsUniform};
-use super::settings::{CurvatureFrom, Gather, Intersection, Lens, Splats, Splatting};
+use super::settings::{CurvatureFrom, Gather, Intersection, Lens, Splats, Splatting, Views};
 use super::splats::{self, Source, SplatsUniform};
 use super::views::{LightViews, Stage, Wanted};
 use super::{SplattingError, differential, gather, sizes};
@@ -122,6 +122,7 @@ pub fn build(
             _ => eye_map(builder),
         };
         totals.rays += u64::from(views.photons.size_tx.x as u32) * u64::from(views.photons.size_tx.y as u32);
+        totals.fitted += u64::from(settings.views == Views::Scene && !views.whole);
         totals.parallel += u64::from(views.map.view.position_ws.w != views.photons.view.position_ws.w);
         let texture = pass.splats(builder, &photons, &map);
         pass.gather(builder, &map, texture, &targets);
@@ -138,6 +139,8 @@ struct Totals {
     rays: u64,
     /// Lights that reach no receiver by way of mirrors, glass or water.
     dark: u64,
+    /// Lamps that do not see the whole scene from one side, although their views should hold it.
+    fitted: u64,
     /// Lamps whose map has parallel rays.
     parallel: u64,
     exact: Option<ExactTotals>,
@@ -164,6 +167,7 @@ impl Totals {
             ("receiver_triangles".to_owned(), triangles),
             ("photon_rays".to_owned(), self.rays),
             ("lights_without_caustics".to_owned(), self.dark),
+            ("lights_amid_the_scene".to_owned(), self.fitted),
             ("maps_of_parallel_rays".to_owned(), self.parallel),
         ];
         let mut audit = Vec::new();

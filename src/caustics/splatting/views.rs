@@ -35,6 +35,8 @@ pub struct LightViews {
     pub reached: Aabb,
     /// Component along the axis of the photons' view of the deepest point of mirrors, glass or water, m.
     pub deepest: f32,
+    /// Whether both views hold the whole scene.
+    pub whole: bool,
 }
 
 /// What lights shine on.
@@ -70,14 +72,14 @@ impl LightViews {
         if emitters.is_empty() || stage.water.is_some_and(|(water, _)| is_under(light, water)) {
             return Ok(None);
         }
-        let scene = all.corners();
-        let seen = if wanted.views == Views::Scene { &scene[..] } else { &emitters };
-        let photons = FittedView::of_points(light, seen, all);
-        let photons = photons.ok_or(SplattingError::NoView { light: number, of: if wanted.views == Views::Scene { "the scene" } else { "mirrors, glass or water" } })?;
-        let reached = match (wanted.views, stage.water) {
-            (Views::Scene, _) => stage.receivers.bounds.expanded(stage.receivers.bounds.size().max_element() * 1.0e-3),
-            (Views::Fitted, Some((water, field))) => box_of(water_pilots(stage.surfaces, light, water, field)),
-            (Views::Fitted, None) => box_of(pilots(stage.surfaces, &photons, wanted.all_paths)),
+        // A lamp among the objects of a scene does not see all of it from one side.
+        let whole = if wanted.views == Views::Scene { FittedView::of_points(light, &all.corners(), all) } else { None };
+        let own = whole.or_else(|| FittedView::of_points(light, &emitters, all));
+        let photons = own.ok_or(SplattingError::NoView { light: number, of: "mirrors, glass or water" })?;
+        let reached = match (whole, stage.water) {
+            (Some(_), _) => stage.receivers.bounds.expanded(stage.receivers.bounds.size().max_element() * 1.0e-3),
+            (None, Some((water, field))) => box_of(water_pilots(stage.surfaces, light, water, field)),
+            (None, None) => box_of(pilots(stage.surfaces, &photons, wanted.all_paths)),
         };
         if reached.is_empty() {
             return Ok(None);
@@ -89,7 +91,8 @@ impl LightViews {
         let map = map.ok_or(SplattingError::NoView { light: number, of: "what its caustics reach" })?;
         let texels = |view: &FittedView, side| TexelView::new(view, view.square_texels(side));
         let deepest = emitters.iter().fold(f32::NEG_INFINITY, |deepest, &p| deepest.max(p.dot(photons.axis_ws)));
-        Ok(Some(Self { photons: texels(&photons, wanted.photons), map: texels(&map, wanted.map_size), reached, deepest }))
+        let (photons, map) = (texels(&photons, wanted.photons), texels(&map, wanted.map_size));
+        Ok(Some(Self { photons, map, reached, deepest, whole: whole.is_some() }))
     }
 }
 

@@ -163,3 +163,19 @@ fn schlick_phase_integrates_to_one_with_its_own_mean_cosine() {
     }
     close(schlick_phase(1.0_f32, schlick_k(0.9)), 26.7, 0.1);
 }
+
+#[test]
+fn an_index_ratio_in_each_lane_gives_what_one_for_all_gives() {
+    for (n1, n2) in [(1.0_f32, WATER), (WATER, 1.0), (1.0, 1.5), (1.5, 1.46), (1.0, 1.0)] {
+        for angle in [0.0_f32, 10.0, 41.0, 48.0, 60.0, 89.0] {
+            let d = down_at(angle.to_radians());
+            let ((with, passes), (by, by_passes)) = (refract(d, UP, n1 / n2), refract_by(d, UP, n1 / n2));
+            assert_eq!((with, passes), (by, by_passes));
+            let c = cos_deg(angle);
+            close(fresnel_reflectance_by(c, n1 / n2), fresnel_reflectance(c, n1, n2), 2.0e-6);
+        }
+    }
+    // Another ratio is another share.
+    assert!(fresnel_reflectance_by(0.5_f32, 1.0 / 1.5) > fresnel_reflectance(0.5_f32, 1.0, 1.4) + 1.0e-3);
+    assert_eq!(fresnel_reflectance_by(0.3_f32, 1.5), 1.0, "total reflection");
+}

@@ -12,13 +12,13 @@ use nephroid::passes::light_view::{LightView, Pyramid};
 use nephroid::passes::shadow_map::LightUniform;
 
 use super::executor;
-use crate::support::shared_passes::surface;
+use crate::support::shared_passes::{CURVATURE, surface};
 
 /// A size of no round number.
 const SIZE: (u32, u32) = (53, 37);
 
-/// Position, normal, material and depth.
-struct Seen([Texture; 4]);
+/// Position, normal, material, depth and curvature.
+struct Seen([Texture; 5]);
 
 impl Seen {
     fn of(view: &LightView, size: (u32, u32), draws: impl FnOnce(&mut Frame) -> Vec<SurfaceDraw>) -> Self {
@@ -31,7 +31,7 @@ impl Seen {
         let buffer = add(&mut frame, "light_buffer", view, size, keep, &draws);
         let mut executor: CpuExecutor = executor();
         let output = executor.run(&frame, None).expect("the frame runs");
-        Self([buffer.position, buffer.normal, buffer.material, buffer.depth].map(|id| output.texture(id).clone()))
+        Self([buffer.position, buffer.normal, buffer.material, buffer.depth, buffer.curvature].map(|id| output.texture(id).clone()))
     }
 
     fn texel(&self, target: usize, x: u32, y: u32) -> [f64; 4] {
@@ -245,6 +245,7 @@ fn the_farthest_surface_is_where_light_leaves_a_body() {
                     let [px, py, pz, _] = seen.texel(0, x, y);
                     assert!((py - side * half).abs() < 0.01, "({x}, {y}): {py}");
                     assert!((seen.texel(3, x, y)[0] - (2.0 - py) / 4.0).abs() < 1.0e-4);
+                    assert_eq!(seen.texel(4, x, y)[0], side * f64::from(CURVATURE));
                     // The ball's outward normal is its position; it is turned where light comes from inside.
                     let [nx, ny, nz, _] = seen.texel(1, x, y);
                     assert!((DVec3::new(nx, ny, nz) - DVec3::new(px, py, pz) * side).length() < 0.02 && ny > 0.0);
