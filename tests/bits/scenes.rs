@@ -22,7 +22,8 @@ use crate::devices;
 use crate::support::numbers::hash_words;
 use crate::support::{self, shipped_scenes, with_coarse_parts};
 
-/// Scenes that techniques of the tests' own are drawn in: they are there to show that the tests see them.
+/// Scenes that techniques of the tests' own are drawn in, which are there to show that the tests see them, and further variants of the library's: the
+/// scenes differ in what all variants share.
 const FEW: [&str; 2] = ["analytic/flat_water.ron", "ring.ron"];
 
 /// Most memory that a frame may take, bytes.
@@ -99,7 +100,8 @@ fn executor(device: Device) -> CpuExecutor {
 fn runs() -> Vec<(String, Run)> {
     let of_scene = |name: String| {
         let runs = support::variants().into_iter().map(|(technique, variant)| Run { technique, variant });
-        let runs = runs.filter(|run| support::own_folder(run.technique).is_none() || FEW.contains(&name.as_str()));
+        let everywhere = |run: &Run| support::own_folder(run.technique).is_none() && ["", "paper"].contains(&run.variant.name);
+        let runs = runs.filter(|run| everywhere(run) || FEW.contains(&name.as_str()));
         runs.map(|run| (name.clone(), run)).collect::<Vec<_>>()
     };
     shipped_scenes().into_iter().flat_map(of_scene).collect()

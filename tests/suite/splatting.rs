@@ -206,6 +206,7 @@ fn splats_bring_the_whole_flux_of_their_photons() {
             (Splats::Lens, "splats 0/caustic_map 0"),
             (Splats::Differential, "splats 0/caustic_map 0"),
             (Splats::Sizes, "splats 0/map_flux 0"),
+            (Splats::Pyramid, "splats 0 level 0/map_pyramid 0"),
         ] {
             for size in [1.0, 2.7, 7.0] {
                 (settings(&mut scene).splats, settings(&mut scene).splat_size) = (splats, size);
@@ -273,6 +274,7 @@ fn every_choice_is_drawn_and_counts_its_photons() {
         Splatting { splats: Splats::Lens, lens: Lens::Thin, ..base.clone() },
         Splatting { splats: Splats::Lens, curvature: CurvatureFrom::Normals, ..base.clone() },
         Splatting { splats: Splats::Sizes, blend: Blend::Linear, ..base.clone() },
+        Splatting { splats: Splats::Pyramid, ..base.clone() },
         Splatting { views: Views::Scene, photons: 512, map_size: 512, ..base.clone() },
         Splatting { smooth_exits: false, exit_steps: 0, ..base.clone() },
         Splatting { intersection: Intersection::Exact, gather: Gather::Eye, ..base },

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use nephroid_pipeline::frame::{BindEntry, Draw, Pass, TextureId};
+use nephroid_pipeline::frame::{AttachmentView, BindEntry, BindGroupId, ColorAttachment, Draw, Pass, TextureId};
 use nephroid_pipeline::state::{ADDITIVE, PrimitiveState, PrimitiveTopology, TextureFormat};
 use nephroid_pipeline::{Buffer, RenderPipelineDescriptor, TextureDescriptor};
 use nephroid_math::vector::v3;
@@ -17,7 +17,7 @@ use super::photons::{self, Fate, PhotonsUniform};
 use super::settings::{CurvatureFrom, Gather, Intersection, Lens, Splats, Splatting, Views};
 use super::splats::{self, Source, SplatsUniform};
 use super::views::{LightViews, Stage, Wanted};
-use super::{SplattingError, differential, gather, sizes};
+use super::{SplattingError, differential, gather, pyramid, sizes};
 use crate::builder::state::{additive, clear, target};
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight, ViewOptions};
 use crate::passes::fullscreen;
@@ -376,6 +376,7 @@ impl LightPass<'_> {
         let colours = self.has_colours(builder);
         let (program, parts): (_, &[&str]) = match settings.splats {
             Splats::Fixed | Splats::Lens => (splats::round(source, by_beam, self.paper()), &["caustic_map"]),
+            Splats::Pyramid => return self.pyramid(builder, photons, map, bindings),
             Splats::Differential => (differential::program(source), &["caustic_map"]),
             Splats::Sizes if colours => (sizes::program(source, true, self.paper()), &["map_red", "map_green", "map_blue", "map_count"]),
             Splats::Sizes => (sizes::program(source, false, self.paper()), &["map_flux", "map_count"]),
@@ -393,6 +394,38 @@ impl LightPass<'_> {
             ..Pass::default()
         });
         if settings.splats == Splats::Sizes { self.resolve(builder, map, colours, &textures) } else { textures[0] }
+    }
+
+    /// Draws the photons into every level of a pyramid, and picks one level for each texel.
+    fn pyramid(&self, builder: &mut FrameBuilder<'_>, photons: &Photons, map: &Map, bindings: BindGroupId) -> TextureId {
+        let (number, (width, height)) = (self.light.number, size(&map.texels));
+        let levels = width.max(height).ilog2() + 1;
+        let desc = TextureDescriptor::d2(format!("map_pyramid {number}"), width, height, FORMAT);
+        let pyramid = builder.frame.texture(TextureDescriptor { mip_level_count: levels, ..desc });
+        let pipeline = builder.frame.pipeline(RenderPipelineDescriptor {
+            primitive: PrimitiveState { topology: PrimitiveTopology::PointList, ..PrimitiveState::default() },
+            targets: vec![target(FORMAT, Some(ADDITIVE))],
+            ..RenderPipelineDescriptor::new("splats", pyramid::program(photons.source))
+        });
+        for level in 0..levels {
+            let color = clear(pyramid).map(|cleared| ColorAttachment { view: AttachmentView { texture: pyramid, level, layer: 0 }, ..cleared });
+            builder.frame.passes.push(Pass {
+                label: format!("splats {number} level {level}"),
+                color: vec![color],
+                draws: vec![Draw::new(pipeline, bindings, 0..photons.count)],
+                ..Pass::default()
+            });
+        }
+        let picked = self.map_texture(builder, map, "caustic_map");
+        let bindings = builder.frame.bind_group(vec![BindEntry::texture(pyramid)]);
+        let pipeline = builder.fullscreen("pick_level", pyramid::pick(), &[FORMAT], None);
+        builder.frame.passes.push(Pass {
+            label: format!("resolve {number}"),
+            color: vec![clear(picked)],
+            draws: vec![Draw::new(pipeline, bindings, fullscreen::VERTICES)],
+            ..Pass::default()
+        });
+        picked
     }
 
     /// Picks one of four sizes for each texel.

@@ -13,6 +13,7 @@
 //! | `exact` | photons that are followed through the triangles of the scene |
 //! | `splats` | photons as vertices; round splats of one size, or by the lens |
 //! | `sizes` | splats of four sizes, and the choice among them |
+//! | `pyramid` | one texel in each level of a pyramid, for comparison |
 //! | `differential` | splats as the map of the light bends them |
 //! | `gather` | from the map to pixels |
 //!
@@ -33,6 +34,7 @@ pub mod frame;
 pub mod gather;
 pub mod lens;
 pub mod photons;
+pub mod pyramid;
 pub mod receiver_search;
 mod settings;
 pub mod sizes;
@@ -94,11 +96,13 @@ impl Technique for SplattingTechnique {
     }
     fn variants(&self) -> Vec<Variant> {
         let sizes = Splatting { splats: Splats::Sizes, ..Splatting::default() };
+        let pyramid = Splatting { splats: Splats::Pyramid, ..Splatting::default() };
         let exact = Splatting { intersection: Intersection::Exact, ..Splatting::default() };
         vec![
             Variant { name: "", settings: None },
             Variant { name: "paper", settings: Some(self.settings().paper()) },
             Variant { name: "sizes", settings: Some(sizes.boxed()) },
+            Variant { name: "pyramid", settings: Some(pyramid.boxed()) },
             Variant { name: "exact", settings: Some(exact.boxed()) },
         ]
     }

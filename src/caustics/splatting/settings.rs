@@ -9,6 +9,8 @@ choices! {
         Fixed,
         /// Of four sizes, by the number of photons near a texel: method A [WD06 §4.1].
         Sizes,
+        /// One texel in each level of a pyramid of maps, of which each texel takes one: the naive way [WD06 Fig. 4].
+        Pyramid,
         /// By the lens that the photon has passed: method B [WD06 §4.2].
         Lens,
         /// By where the neighbours of the photon land: a parallelogram, long where light is drawn out.
