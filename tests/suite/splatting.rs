@@ -324,3 +324,31 @@ fn open_glass_is_counted() {
     assert!(counter(&rendered, "photons_in_open_glass") > 500, "{:?}", rendered.counters);
     assert_eq!(audit(&rendered, "photons_landed"), 0.0);
 }
+
+/// The mean of maps with shifted grids has less noise and the same light; in a sequence of frames it is what a single frame has.
+#[test]
+fn maps_of_several_frames_are_smoother_and_do_not_depend_on_what_was_drawn_before() {
+    let mut still = scene("analytic/flat_water.ron", (48, 48));
+    let of = settings(&mut still);
+    (of.photons, of.map_size, of.splats, of.splat_size) = (80, 256, Splats::Fixed, 1.6);
+    let (mean, noise) = mean_and_noise(&irradiance(&still));
+    settings(&mut still).frames = 4;
+    // There is no water before it was started.
+    still.time_s = 1.0;
+    let (mean_of_four, noise_of_four) = mean_and_noise(&irradiance(&still));
+    assert!((mean_of_four / mean - 1.0).abs() < 5.0e-3 && noise_of_four < 0.6 * noise, "{mean} {mean_of_four}, {noise} {noise_of_four}");
+
+    let mut moving = scene("analytic/sine_water.ron", (32, 32));
+    let of = settings(&mut moving);
+    (of.photons, of.map_size, of.frames, of.frame_s) = (48, 96, 3, 0.25);
+    moving.water.as_mut().expect("water").grid = (33, 33);
+    let options = RenderOptions { technique: "splatting".into(), layers: Some(vec!["caustic_irradiance".into()]), ..RenderOptions::default() };
+    let red = |rendered: Rendered| rendered.layers.get("caustic_irradiance").expect("asked for").planes()[0].pixels().to_vec();
+    let mut renderer = Renderer::new(&moving, &options).expect("a renderer");
+    for time in [0.0, 0.25, 0.5, 0.75, 0.6] {
+        moving.time_s = time;
+        let in_sequence = red(renderer.render(&moving, None).expect("a picture"));
+        let alone = red(Renderer::new(&moving, &options).expect("a renderer").render(&moving, None).expect("a picture"));
+        assert!(in_sequence == alone, "at {time} s");
+    }
+}

@@ -191,6 +191,20 @@ impl TexelView {
         Self { view: fitted.view, axis_ws: fitted.axis_ws.extend(texel.x * texel.y), size_tx: Vec4::new(size.x, size.y, 1.0 / size.x, 1.0 / size.y) }
     }
 
+    /// The view with its texels shifted by up to half of one along both sides, by another part for each number: members 0, 1, .. of a sequence that
+    /// fills the texel evenly (M. Roberts 2018, R₂).
+    #[must_use]
+    pub fn shifted(&self, number: u64) -> Self {
+        let part = |step: f64| {
+            let at = (number % 65_536) as f64 * step;
+            at - at.floor() - 0.5
+        };
+        let (x, y) = (part(0.754_877_666_246_692_8), part(0.569_840_290_998_053_3));
+        let ndc = Vec3::new(2.0 * x as f32 * self.size_tx.z, 2.0 * y as f32 * self.size_tx.w, 0.0);
+        let view = LightView { clip_from_world: Mat4::from_translation(ndc) * self.view.clip_from_world, ..self.view };
+        Self { view, ..*self }
+    }
+
     /// Area across the light's ray to a point that a texel covers there, m².
     #[inline(always)]
     pub fn area_at<L: Lanes>(&self, p_ws: V3<L>) -> L {

@@ -5,7 +5,9 @@
 //!
 //! | File | What |
 //! |---|---|
-//! | `frame` | the frame: the order of all steps below |
+//! | `frame` | the frame: the order of all steps below, for the moments whose photons are in the map |
+//! | `light_pass` | the passes of one light |
+//! | `drawn`, `totals` | surfaces ready to be drawn; counters and audit |
 //! | `views` | the light's view of mirrors, glass or water, and that of the map |
 //! | `photons` | from the first surface to the receiver |
 //! | `receiver_search` | where a ray ends among the receivers |
@@ -28,17 +30,20 @@
 //! - E8 Fresnel's equations at each surface; `paper` has none.
 
 pub mod differential;
+mod drawn;
 mod error;
 pub mod exact;
 pub mod frame;
 pub mod gather;
 pub mod lens;
+mod light_pass;
 pub mod photons;
 pub mod pyramid;
 pub mod receiver_search;
 mod settings;
 pub mod sizes;
 pub mod splats;
+mod totals;
 mod views;
 
 pub use error::SplattingError;
@@ -46,7 +51,7 @@ pub use settings::{Blend, CurvatureFrom, Gather, Intersection, Lens, Search, Spl
 
 use nephroid_image::metrics::bounds::{ACCUMULATED, CHAINED, CHAINED_SEARCHED, PassBounds, SEARCHED, SHADED, VERTEX};
 use nephroid_pipeline::Device;
-use nephroid_scene::water::WaterSim;
+use nephroid_scene::water::{HeightField, WaterSim};
 use nephroid_scene::{Group, Scene, Settings};
 
 use super::builder::cut_level;
@@ -54,7 +59,7 @@ use super::surfaces::Surfaces;
 use super::{Builder, Feature, Layout, Receivers, RenderError, Technique, TechniqueFrame, Variant};
 use crate::layout;
 use exact::PhotonRecord;
-use frame::Shared;
+use frame::{Moment, Shared};
 use photons::PhotonsUniform;
 use splats::SplatsUniform;
 
@@ -114,25 +119,48 @@ impl Technique for SplattingTechnique {
             Ok((mesh, object.material.clone()))
         });
         let surfaces = Surfaces::new(meshes.collect::<Result<_, RenderError>>()?);
-        let vertices = frame::vertices(&receivers, settings);
+        let vertices = drawn::vertices(&receivers, settings);
         let water = scene.water.as_ref().map(|water| water.simulator());
-        Ok(Box::new(SplattingBuilder { shared: Shared { receivers, surfaces, vertices }, water }))
+        Ok(Box::new(SplattingBuilder { shared: Shared { receivers, surfaces, vertices }, water, fields: Vec::new() }))
     }
 }
 
-/// State kept between frames: the objects, and the simulation of the water.
+/// State kept between frames: the objects, the simulation of the water, and its surface at the moments of the last frame.
 struct SplattingBuilder {
     shared: Shared,
     water: Option<WaterSim>,
+    fields: Vec<(f32, (u32, u32), HeightField)>,
+}
+
+impl SplattingBuilder {
+    /// The moments whose photons are in the map of a frame, in their order. There is none before the water was started.
+    fn moments(&mut self, scene: &Scene, settings: &Splatting) -> Vec<Moment> {
+        let now = (scene.time_s / settings.frame_s).round().max(0.0) as u64;
+        let ages = (0..u64::from(settings.frames)).rev();
+        let times = ages.map(|age| (now.wrapping_sub(age), scene.time_s - age as f32 * settings.frame_s));
+        let times: Vec<(u64, f32)> = times.filter(|(_, time)| *time >= 0.0 || scene.water.is_none()).collect();
+        let (Some(sim), Some(water)) = (&mut self.water, &scene.water) else {
+            return times.into_iter().map(|(number, _)| Moment { number, field: None }).collect();
+        };
+        let grid = settings.grid.unwrap_or(water.grid);
+        let known = std::mem::take(&mut self.fields);
+        let mut moments = Vec::new();
+        for (number, time) in times {
+            let same = known.iter().find(|(at, of, _)| *at == time && *of == grid);
+            let field = same.map_or_else(|| sim.surface_with_grid(grid.0, grid.1, time), |(_, _, field)| field.clone());
+            moments.push((time, number, field));
+        }
+        if moments.len() > 1 {
+            self.fields = moments.iter().map(|(time, _, field)| (*time, grid, field.clone())).collect();
+        }
+        moments.into_iter().map(|(_, number, field)| Moment { number, field: Some(field) }).collect()
+    }
 }
 
 impl Builder for SplattingBuilder {
-    fn frame(&mut self, scene: &Scene, _: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
+    fn frame(&mut self, scene: &Scene, _: &Device, _: &[&str]) -> Result<TechniqueFrame, RenderError> {
         let settings = scene.techniques.get::<Splatting>();
-        let field = self.water.as_mut().zip(scene.water.as_ref()).map(|(sim, water)| {
-            let (columns, rows) = settings.grid.unwrap_or(water.grid);
-            sim.surface_with_grid(columns, rows, scene.time_s)
-        });
-        frame::build(scene, &self.shared, field.as_ref(), layers, settings)
+        let moments = self.moments(scene, settings);
+        frame::build(scene, &self.shared, &moments, settings)
     }
 }

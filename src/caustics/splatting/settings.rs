@@ -124,6 +124,10 @@ settings! {
         lens: Lens = Lens::Thick, paper Lens::Thin, note "of `Lens`";
         /// Where curvature comes from.
         curvature: CurvatureFrom = CurvatureFrom::Mesh, note "of `Lens`; decision E3";
+        /// Frames of which the map is the mean, the last being the frame's own; the photons' grid is shifted by parts of a texel from one to the next.
+        frames: u32 = 1, in 1..=8, said "1 in its pictures, 4 in its program";
+        /// Time from one of these frames to the next.
+        frame_s: f32 = 0.033_333_334, in 0.001..=1.0, unit "s";
         shared grid;
         shared eye_refraction;
         shared shadow_map_size;

@@ -43,7 +43,7 @@ pub const FALLOFF: f32 = 12.5;
 #[repr(C)]
 pub struct SplatsUniform {
     /// x: diameter, in texels where it is fixed, else in diameters of the photon's beam. y: columns of photons in textures. z: distance between photons of light
-    /// that is neither gathered nor spread, in texels.
+    /// that is neither gathered nor spread, in texels. w: share of the map that these photons make.
     pub shape: Vec4,
 }
 
@@ -137,7 +137,7 @@ pub(super) fn photon<L: Lanes>(source: Source, bindings: &Bindings<'_>, input: &
     let off = (position - there.xyz()).dot(normal).abs();
     let width_tx = map.area_at(position).sqrt();
     let landed = exists & there.w.equals(zero.like(1.0)) & off.le(width_tx * OFF_TX) & ray.dot(normal).lt(zero);
-    Photon { texel, position, normal, at: V2::select(landed, at, v2(zero, zero)), landed, flux, beam: width / width_tx }
+    Photon { texel, position, normal, at: V2::select(landed, at, v2(zero, zero)), landed, flux: flux * zero.like(bindings.uniform::<SplatsUniform>(1).shape.w), beam: width / width_tx }
 }
 
 /// Clip-space position of a splat; outside of the view volume for photons that lie on no receiver.

@@ -38,7 +38,7 @@ fn photon_at(texel: vec2<i32>, position: vec3<f32>, ray: vec4<f32>, flux: vec3<f
     let width_tx = sqrt(area_at(map, position));
     let near = abs(dot(position - there.xyz, normal)) <= width_tx * SPLAT_OFF_TX;
     let landed = exists && there.w == 1.0 && near && dot(ray.xyz, normal) < 0.0;
-    return Photon(texel, position, normal, select(vec2<f32>(), at, landed), landed, flux, ray.w / width_tx);
+    return Photon(texel, position, normal, select(vec2<f32>(), at, landed), landed, flux * splats.shape.w, ray.w / width_tx);
 }
 
 fn sprite(photon: Photon) -> vec4<f32> {

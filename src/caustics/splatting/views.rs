@@ -26,6 +26,7 @@ const TAIL: f64 = 1.0e-3;
 const WIDENING: f32 = 0.05;
 
 /// The views of a light.
+#[derive(Clone)]
 pub struct LightViews {
     /// Mirrors, glass or water from the light; a photon for each texel.
     pub photons: TexelView,

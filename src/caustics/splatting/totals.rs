@@ -1,0 +1,67 @@
+//! Counters and audit of a frame.
+
+use super::photons::Fate;
+
+/// What is counted while the frame is built.
+#[derive(Default)]
+pub(super) struct Totals {
+    /// Rays of light: texels of the photons' views.
+    pub rays: u64,
+    /// Lights that reach no receiver by way of mirrors, glass or water.
+    pub dark: u64,
+    /// Lamps that do not see the whole scene from one side, although their views should hold it.
+    pub fitted: u64,
+    /// Lamps whose map has parallel rays.
+    pub parallel: u64,
+    pub exact: Option<ExactTotals>,
+}
+
+/// Sums over exact photons.
+#[derive(Default)]
+pub(super) struct ExactTotals {
+    /// Rays that meet a mirror, glass or water.
+    pub rays: u64,
+    /// Their light.
+    pub arrived_w: f64,
+    /// Photons in the map.
+    pub photons: u64,
+    /// Their light.
+    pub landed_w: f64,
+    /// Photons on receivers outside of the map.
+    pub beyond: u64,
+}
+
+impl Totals {
+    pub fn named(&self, triangles: u64) -> (Vec<(String, u64)>, Vec<(String, f64)>) {
+        let mut counters = vec![
+            ("receiver_triangles".to_owned(), triangles),
+            ("photon_rays".to_owned(), self.rays),
+            ("lights_without_caustics".to_owned(), self.dark),
+            ("lights_amid_the_scene".to_owned(), self.fitted),
+            ("maps_of_parallel_rays".to_owned(), self.parallel),
+        ];
+        let mut audit = Vec::new();
+        if let Some(exact) = &self.exact {
+            let count = |name: &str, count| (name.to_owned(), count);
+            counters.extend([count("photon_rays_arrived", exact.rays), count(LANDED, exact.photons), count("photons_beyond_the_map", exact.beyond)]);
+            audit.extend([(ARRIVED.to_owned(), exact.arrived_w), (LANDED.to_owned(), exact.landed_w)]);
+        }
+        (counters, audit)
+    }
+}
+
+/// Entry for all light that arrives at mirrors, glass or water.
+pub(super) const ARRIVED: &str = "photons_arrived";
+
+/// Entry for light that lands on receivers.
+const LANDED: &str = "photons_landed";
+
+/// Names of fates in counters and audit.
+pub(super) const FATES: &[(u32, &str)] = &[
+    (Fate::Landed as u32, LANDED),
+    (Fate::TotallyReflected as u32, "photons_totally_reflected"),
+    (Fate::NoExit as u32, "photons_in_open_glass"),
+    (Fate::Missed as u32, "photons_missed"),
+    (Fate::NotFound as u32, "photons_not_found"),
+];
+
