@@ -23,7 +23,7 @@ mod technique;
 pub use error::RenderError;
 pub use features::Feature;
 pub use layout::Layout;
-pub use output::{LayerSource, Resolve, TechniqueFrame};
+pub use output::{LayerSource, LightMask, Resolve, TechniqueFrame};
 pub use receivers::{ReceiverGroup, Receivers};
 pub use renderer::{RenderOptions, Rendered, Renderer};
 pub use table::Techniques;

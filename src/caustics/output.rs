@@ -8,6 +8,8 @@ pub struct TechniqueFrame {
     pub frame: Frame,
     /// Source of each layer.
     pub layers: Vec<LayerSource>,
+    /// Layers that are 0 where the picture shows a mirror or glass; `None` for scenes without them.
+    pub light_mask: Option<LightMask>,
     /// Margin beyond each edge of the picture, in samples.
     pub margin: u32,
     /// Samples along each side of a pixel.
@@ -19,6 +21,15 @@ pub struct TechniqueFrame {
     /// Seconds that the parts of frame building took, by the clock of [`Builder::set_clock`](crate::Builder::set_clock). They depend on machine and
     /// run, and are no part of the result.
     pub seconds: Vec<(&'static str, f64)>,
+}
+
+/// Layers of light, which does not land on mirrors and glass.
+#[derive(Clone, Debug)]
+pub struct LightMask {
+    /// Texture whose w is 1 + [`crate::passes::geometry_buffer::MaterialKind`] of the nearest surface.
+    pub kinds: TextureId,
+    /// Names of the layers.
+    pub layers: Vec<&'static str>,
 }
 
 /// The source of a layer.

@@ -25,11 +25,17 @@ pub const ISOTROPIC_PHASE: f32 = 0.25 / PI;
 /// meaningless.
 #[inline(always)]
 pub fn refract<L: Lanes>(d: V3<L>, n: V3<L>, eta: f32) -> (V3<L>, L::Mask) {
+    refract_by(d, n, d.x.like(eta))
+}
+
+/// [`refract`] with an index ratio for each lane.
+#[inline(always)]
+pub fn refract_by<L: Lanes>(d: V3<L>, n: V3<L>, eta: L) -> (V3<L>, L::Mask) {
     let zero = d.x.like(0.0);
     let c = -d.dot(n);
     let k = d.x.like(1.0) - (d.x.like(1.0) - c * c) * (eta * eta);
     let root = Lanes::max(k, zero).sqrt();
-    (d * d.x.like(eta) + n * (c * eta - root), k.ge(zero))
+    (d * eta + n * (c * eta - root), k.ge(zero))
 }
 
 /// Mirror direction `d − 2(d·n)n` of unit vectors; the sign of `n` does not matter.
@@ -53,6 +59,19 @@ pub fn fresnel_reflectance<L: Lanes>(cos_i: L, n1: f32, n2: f32) -> L {
     let s = (c * n1 - c_t * n2) / (c * n1 + c_t * n2);
     let reflectance = L::select(k.le(zero), one, (p * p + s * s) * 0.5);
     if n1 == n2 { zero } else { reflectance }
+}
+
+/// [`fresnel_reflectance`] with an index ratio `eta = n1/n2` for each lane; the last bits may differ.
+#[inline(always)]
+pub fn fresnel_reflectance_by<L: Lanes>(cos_i: L, eta: L) -> L {
+    let (zero, one) = (cos_i.like(0.0), cos_i.like(1.0));
+    let c = cos_i.clamp(0.0, 1.0);
+    let k = one - (one - c * c) * (eta * eta);
+    let c_t = Lanes::max(k, zero).sqrt();
+    let p = (c - c_t * eta) / (c + c_t * eta);
+    let s = (c * eta - c_t) / (c * eta + c_t);
+    let reflectance = L::select(k.le(zero), one, (p * p + s * s) * 0.5);
+    L::select(eta.equals(one), zero, reflectance)
 }
 
 /// Share of unpolarised light that passes a smooth dielectric surface: `T = 1 − R`, see [`fresnel_reflectance`].
