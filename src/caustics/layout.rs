@@ -11,6 +11,7 @@ use super::passes::filter::KernelUniform;
 use super::passes::geometry_buffer::{MaterialUniform, ReceiverVertex};
 use super::passes::light_buffer::SurfaceUniform;
 use super::passes::light_view::LightView;
+use super::passes::receiver_search::ReceiverBounds;
 use super::passes::rotating_filter::RotatingUniform;
 use super::passes::shadow_map::LightUniform;
 use super::passes::water_surface::WaterVertex;
@@ -52,6 +53,7 @@ pub fn shared() -> Vec<Layout> {
         layout!(Beam: g, d, flux),
         layout!(LightView: clip_from_world, position_ws),
         layout!(SurfaceUniform: pattern, optics),
+        layout!(ReceiverBounds: min_ws, max_ws),
         layout!(KernelUniform: weights, step),
         layout!(RotatingUniform: taps, rotations, count),
         layout!(DownsampleUniform: sizes),

@@ -1,5 +1,6 @@
 //! What the eye sees in mirrors and glass, against rays in 64 bits: plane mirrors, slabs, balls, and glass that is none.
 
+mod rays;
 mod truth;
 
 use glam::{UVec2, Vec2, Vec3};
@@ -8,9 +9,10 @@ use nephroid::caustics::light_volumes::LightVolumes;
 use nephroid::caustics::{RenderOptions, Renderer, TECHNIQUES};
 use nephroid::geom::shapes::{Cuboid, Grid, UvSphere};
 use nephroid::image::LayerSet;
-use nephroid::scene::{Albedo, Environment, Material, Object, Scene, Shape, SunDisc, Transform};
+use nephroid::scene::{Albedo, Environment, Material, Object, Scene, Shape, Transform};
 
 use crate::support;
+use rays::Rays;
 use truth::{Eye, Optic, World};
 
 const SIZE: (u32, u32) = (320, 180);
@@ -24,7 +26,8 @@ fn floor() -> Albedo {
 fn scene(shape: Shape, translate: Vec3, rotate_deg: Vec3, material: Material) -> Scene {
     let mut scene = support::scene_of_size("ball.ron", SIZE);
     scene.lights.clear();
-    scene.environment = Environment { sun_disc: None::<SunDisc>, ..scene.environment };
+    // Receivers as bright as the sky, so that neither hides what is wrong in the other.
+    scene.environment = Environment { sun_disc: None, ambient_irradiance: Vec3::splat(400.0), ..scene.environment };
     let ground = Object {
         name: "floor".into(),
         shape: Shape::Grid(Grid { size_m: Vec2::splat(8.0), cells: UVec2::ONE }),
@@ -122,7 +125,7 @@ fn a_ball_turns_the_picture_over() {
     let (count, off, wrong) = error(&scene, &shown, &ball(1.46));
     let (_, other, _) = error(&scene, &shown, &ball(1.5));
     println!("{count} pixels, error {off}, {wrong} off; of other glass {other}");
-    assert!(count > 4000 && off < 0.03 && wrong < 0.02 && other > 3.0 * off, "{count} {off} {wrong} {other}");
+    assert!(count > 4000 && off < 0.015 && wrong < 0.015 && other > 5.0 * off, "{count} {off} {wrong} {other}");
 }
 
 #[test]
@@ -168,7 +171,9 @@ fn absorption_darkens_by_the_length_of_the_way() {
 fn light_lands_behind_glass_but_not_on_it() {
     let scene = {
         let mut scene = support::scene_of_size("ball.ron", SIZE);
-        scene.techniques.edit::<LightVolumes>().samples = 2;
+        // A sample per pixel: a mean would have a share of the table along the outline.
+        scene.techniques.edit::<CausticVolumes>().samples = 1;
+        scene.techniques.edit::<LightVolumes>().samples = 1;
         scene.techniques.edit::<LightVolumes>().shadow_map_size = 512;
         scene
     };
@@ -180,5 +185,38 @@ fn light_lands_behind_glass_but_not_on_it() {
         assert!(on_ball.len() > 1000, "the ball is seen");
         assert!(on_ball.iter().all(|&k| direct[k] == Vec3::ZERO && caustic[k] == Vec3::ZERO), "{}", technique.name());
         assert!(direct.iter().any(|&e| e.x > 100.0), "the table is lit");
+    }
+}
+
+/// How far the surfaces of mirrors and glass are from rays that follow every reflection and refraction: mean absolute error over mean.
+fn error_of_scene(scene: &Scene, picture: &[Vec3]) -> f64 {
+    let (eye, rays) = (Eye::new(scene), Rays::new(scene));
+    let (mut off, mut sum) = (0.0, 0.0);
+    for k in 0..SIZE.0 * SIZE.1 {
+        let (origin, direction) = eye.ray(f64::from(k % SIZE.0) + 0.5, f64::from(k / SIZE.0) + 0.5);
+        if let (expected, true) = rays.look(origin, direction) {
+            off += (picture[k as usize].as_dvec3() - expected).abs().element_sum();
+            sum += expected.element_sum();
+        }
+    }
+    off / sum
+}
+
+#[test]
+fn shipped_scenes_look_like_rays() {
+    // Largest error: along outlines, and in the knot, whose parts are seen through each other.
+    for (name, bound) in [("ball.ron", 0.03), ("ring.ron", 0.03), ("glass.ron", 0.07)] {
+        let mut scene = support::scene_of_size(name, SIZE);
+        scene.lights.clear();
+        scene.environment.sun_disc = None;
+        scene.environment.ambient_irradiance = Vec3::splat(400.0);
+        scene.techniques.edit::<CausticVolumes>().samples = 1;
+        let off = error_of_scene(&scene, &picture(&scene));
+        // Without the objects the same pixels show the table.
+        let mut without = scene.clone();
+        without.objects.retain(|object| matches!(object.material, Material::Diffuse { .. }));
+        let other = error_of_scene(&scene, &picture(&without));
+        println!("{name}: error {off}, without mirrors and glass {other}");
+        assert!(off < bound && other > 2.0 * off, "{name}: {off} {other}");
     }
 }

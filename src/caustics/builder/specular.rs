@@ -14,11 +14,13 @@ use glam::{Mat4, Vec4};
 
 use crate::passes::camera::CameraUniform;
 use crate::passes::geometry_buffer::MaterialUniform;
+use crate::passes::receiver_search::ReceiverBounds;
 use crate::passes::{fullscreen, glass};
 use nephroid_pipeline::TextureDescriptor;
 use nephroid_pipeline::frame::{BindEntry, BufferId, Draw, Pass, TextureId};
 use nephroid_pipeline::state::{Face, TextureFormat};
 use nephroid_scene::Material;
+use nephroid_scene::geom::Aabb;
 
 use super::FrameBuilder;
 use super::geometry::{GeometryTargets, Surfaces};
@@ -114,6 +116,7 @@ impl FrameBuilder<'_> {
         // Nothing is drawn to the caustics: they are 0.
         let (wide_radiance, caustic) = (wide("surroundings radiance"), wide("surroundings caustic"));
         let target = self.target("glass", TextureFormat::Rgba32Float);
+        let bounds = self.uniform("receiver bounds", &self.receiver_bounds());
         self.shade_pass("surroundings radiance", environment, &Shaded { camera, geometry, direct, caustic, radiance: wide_radiance });
         let bindings = self.frame.bind_group(vec![
             BindEntry::Uniform(self.camera_buffer, 0),
@@ -131,6 +134,7 @@ impl FrameBuilder<'_> {
             BindEntry::texture(geometry.position),
             BindEntry::texture(geometry.normal),
             BindEntry::texture(wide_radiance),
+            BindEntry::Uniform(bounds, 0),
         ]);
         let pipeline = self.fullscreen("glass", glass::program(), &[TextureFormat::Rgba32Float], None);
         self.frame.passes.push(Pass {
@@ -140,6 +144,11 @@ impl FrameBuilder<'_> {
             ..Pass::default()
         });
         target
+    }
+
+    fn receiver_bounds(&self) -> ReceiverBounds {
+        let groups = self.receivers.groups.iter().filter(|group| diffuse(&group.material).is_some());
+        ReceiverBounds::around(Aabb::from_points(groups.flat_map(|group| self.receivers.positions_of(group))))
     }
 }
 

@@ -15,14 +15,15 @@
 @group(0) @binding(12) var wide_positions: texture_2d<f32>;
 @group(0) @binding(13) var wide_normals: texture_2d<f32>;
 @group(0) @binding(14) var wide_radiances: texture_2d<f32>;
+@group(0) @binding(15) var<uniform> bounds: ReceiverBounds;
 
 // Radiance that arrives along a ray.
 fn arriving(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
-    let near = search(camera, receiver_positions, receiver_normals, receiver_radiances, origin, direction);
+    let near = search(camera, bounds, receiver_positions, receiver_normals, receiver_radiances, origin, direction);
     if near.exists {
         return near.radiance;
     }
-    let wide = search(wide_camera, wide_positions, wide_normals, wide_radiances, origin, direction);
+    let wide = search(wide_camera, bounds, wide_positions, wide_normals, wide_radiances, origin, direction);
     if wide.exists {
         return wide.radiance;
     }
@@ -50,9 +51,16 @@ fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let eta = outside / max(normal.w, 1.0);
     let back = textureLoad(back_positions, at, 0);
     let thickness = select(0.0, length(back.xyz - p), back.w > 0.0);
-    let exit = pass_body(camera, back_positions, back_normals, Entry(p, n, view, thickness, eta));
-    let left = exp(-(textureLoad(absorptions, at, 0).rgb * exit.length));
     let reflected = fresnel_reflectance_by(-dot(n, view), eta);
-    let through = arriving(exit.position, exit.direction) * left * (exit.share * (1.0 - reflected));
-    return vec4<f32>(mirrored * reflected + through, 1.0);
+    var radiance = mirrored * reflected;
+    let absorption = textureLoad(absorptions, at, 0).rgb;
+    var exits = pass_body(Entry(p, n, view, thickness, eta));
+    for (var i = 0; i < 2; i++) {
+        let exit = exits[i];
+        let share = exit.share * (1.0 - reflected);
+        if share > 0.0 {
+            radiance += arriving(exit.position, exit.direction) * exp(-(absorption * exit.length)) * share;
+        }
+    }
+    return vec4<f32>(radiance, 1.0);
 }

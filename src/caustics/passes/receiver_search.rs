@@ -1,33 +1,65 @@
 //! What a ray meets of the receivers that a camera sees: the ray is followed through the camera's own picture.
 //!
-//! The ray is sampled at equal distances in the picture. Each texel stands for the tangent plane of its receiver. Where the ray passes from the front
+//! The part of the ray in the bounds of all receivers is sampled at equal distances in the picture. Each texel stands for the tangent plane of its receiver. Where the ray passes from the front
 //! of the plane to the back, the step is halved [`HALVINGS`] times, and the hit is the point where the ray meets the plane of the last texel; it does not
 //! depend on the size of steps or texels. If the ray is deep below the plane there, it passes behind an edge of the receiver, and the search goes on.
 //!
 //! Not found: receivers outside of the picture, or hidden behind others; and those that are narrower in the picture than a step.
 
+use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
+
 use nephroid_math::lanes::{Lanes, Mask as _};
 use nephroid_math::vector::{V2, V3, V4, transform_point, transform_vector, v2, v3};
 use nephroid_pipeline::TextureView;
 use nephroid_pipeline::sampler::load;
+use nephroid_scene::geom::Aabb;
 
 use super::camera::CameraUniform;
 use super::shadow_map::none;
 
-/// Steps along a ray, from its start to the edge of the picture. A step is at most a 64th of the picture's diagonal: objects that are as wide are not missed.
-const STEPS: usize = 64;
+/// Steps along a ray in the bounds of the receivers. A step is at most a 32nd of the picture's diagonal, and much less where receivers are low, such as
+/// things on a table: objects that are as wide are not missed.
+const STEPS: usize = 32;
 
-/// Halvings of the step in which a ray meets a plane: below a third of a pixel, so that the last texel is the right one or its neighbour.
+/// Halvings of the step in which a ray meets a plane: to less than a pixel, so that the last texel is the right one or its neighbour.
 const HALVINGS: usize = 6;
 
-/// Longest ray, m, for cameras without a far plane: as far as water is followed where it has no floor.
-const FARTHEST_M: f32 = 1.0e4;
+/// Uniform of the receivers' bounds, m.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ReceiverBounds {
+    /// Least coordinates; w is unused.
+    pub min_ws: Vec4,
+    /// Greatest coordinates; w is unused.
+    pub max_ws: Vec4,
+}
+
+impl ReceiverBounds {
+    /// The bounds, larger by a hundredth, so that rays leave them behind the outermost surfaces.
+    #[must_use]
+    pub fn around(bounds: Aabb) -> Self {
+        let around = bounds.expanded(0.01 * bounds.size().length().max(f32::MIN_POSITIVE));
+        Self { min_ws: around.min.extend(0.0), max_ws: around.max.extend(0.0) }
+    }
+
+    /// Distances at which rays enter and leave the bounds; the first is not below 0.
+    #[inline(always)]
+    fn span<L: Lanes>(&self, origin: V3<L>, direction: V3<L>) -> (L, L) {
+        let mut span = (origin.x.like(0.0), origin.x.like(f32::INFINITY));
+        span = between(origin.x, direction.x, (self.min_ws.x, self.max_ws.x), span);
+        span = between(origin.y, direction.y, (self.min_ws.y, self.max_ws.y), span);
+        between(origin.z, direction.z, (self.min_ws.z, self.max_ws.z), span)
+    }
+}
 
 /// Receivers as a camera sees them.
 #[derive(Clone, Copy)]
 pub struct SeenReceivers<'a> {
     /// The camera.
     pub camera: &'a CameraUniform,
+    /// Bounds of all receivers.
+    pub bounds: &'a ReceiverBounds,
     /// World position, m; w = 0 where there is no receiver.
     pub position: &'a TextureView<'a>,
     /// Unit normal, towards the eye.
@@ -95,14 +127,16 @@ impl SeenReceivers<'_> {
         found
     }
 
-    /// The part of a ray inside of the view.
+    /// The part of a ray inside of the bounds and of the view.
     #[inline(always)]
     fn ray<L: Lanes>(&self, origin: V3<L>, direction: V3<L>) -> Ray<L> {
+        let (enters, leaves) = self.bounds.span(origin, direction);
+        let origin = origin + direction * enters;
         let columns = self.camera.clip_from_world.to_cols_array();
         let along = transform_vector(&self.camera.clip_from_world, direction);
         let along_w = direction.x * columns[3] + direction.y * columns[7] + direction.z * columns[11];
         let start = transform_point(&self.camera.clip_from_world, origin);
-        let mut length = origin.x.like(FARTHEST_M);
+        let mut length = leaves - enters;
         length = until_negative(start.w + start.x, along_w + along.x, length);
         length = until_negative(start.w - start.x, along_w - along.x, length);
         length = until_negative(start.w + start.y, along_w + along.y, length);
@@ -191,6 +225,15 @@ impl<L: Lanes> Ray<L> {
         let far = (share.like(1.0) - share) * self.end_w;
         self.length * (near / (far + near))
     }
+}
+
+/// The part of a span of distances in which a coordinate is between two bounds.
+#[inline(always)]
+fn between<L: Lanes>(start: L, along: L, (min, max): (f32, f32), (enters, leaves): (L, L)) -> (L, L) {
+    // A level ray is given some slope: it is then either always or never between.
+    let along = L::select(along.abs().lt(along.like(1.0e-9)), along.like(1.0e-9), along);
+    let (a, b) = ((start.like(min) - start) / along, (start.like(max) - start) / along);
+    (Lanes::max(enters, Lanes::min(a, b)), Lanes::min(leaves, Lanes::max(a, b)))
 }
 
 /// The distance at which `start + along·distance` becomes negative, if that is before `length`; otherwise `length`.

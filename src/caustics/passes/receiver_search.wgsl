@@ -1,8 +1,12 @@
 // What a ray meets of the receivers that a camera sees: the twin of `receiver_search.rs`.
 
-const STEPS: i32 = 64;
+const STEPS: i32 = 32;
 const HALVINGS: i32 = 6;
-const FARTHEST_M: f32 = 1.0e4;
+
+struct ReceiverBounds {
+    min_ws: vec4<f32>,
+    max_ws: vec4<f32>,
+}
 
 struct Found {
     radiance: vec3<f32>,
@@ -55,11 +59,25 @@ fn until_negative(start: f32, along: f32, length: f32) -> f32 {
     return length;
 }
 
-// The part of a ray inside of the view.
-fn ray_in_view(camera: CameraUniform, origin: vec3<f32>, direction: vec3<f32>) -> Ray {
+// The part of a span of distances in which a coordinate is between two bounds.
+fn between(start: f32, slope: f32, low: f32, high: f32, span: vec2<f32>) -> vec2<f32> {
+    // A level ray is given some slope: it is then either always or never between.
+    let along = select(slope, 1.0e-9, abs(slope) < 1.0e-9);
+    let a = (low - start) / along;
+    let b = (high - start) / along;
+    return vec2<f32>(max(span.x, min(a, b)), min(span.y, max(a, b)));
+}
+
+// The part of a ray inside of the bounds and of the view.
+fn ray_in_view(camera: CameraUniform, bounds: ReceiverBounds, start_ws: vec3<f32>, direction: vec3<f32>) -> Ray {
+    var span = vec2<f32>(0.0, 3.0e38);
+    span = between(start_ws.x, direction.x, bounds.min_ws.x, bounds.max_ws.x, span);
+    span = between(start_ws.y, direction.y, bounds.min_ws.y, bounds.max_ws.y, span);
+    span = between(start_ws.z, direction.z, bounds.min_ws.z, bounds.max_ws.z, span);
+    let origin = start_ws + direction * span.x;
     let along = camera.clip_from_world * vec4<f32>(direction, 0.0);
     let start = camera.clip_from_world * vec4<f32>(origin, 1.0);
-    var length = FARTHEST_M;
+    var length = span.y - span.x;
     length = until_negative(start.w + start.x, along.w + along.x, length);
     length = until_negative(start.w - start.x, along.w - along.x, length);
     length = until_negative(start.w + start.y, along.w + along.y, length);
@@ -108,13 +126,14 @@ fn radiance_of(camera: CameraUniform, positions: texture_2d<f32>, radiances: tex
 // The receiver that a ray meets first.
 fn search(
     camera: CameraUniform,
+    bounds: ReceiverBounds,
     positions: texture_2d<f32>,
     normals: texture_2d<f32>,
     radiances: texture_2d<f32>,
     origin: vec3<f32>,
     direction: vec3<f32>,
 ) -> Found {
-    let ray = ray_in_view(camera, origin, direction);
+    let ray = ray_in_view(camera, bounds, origin, direction);
     if !(ray.start_w > 0.0 && ray.length > 0.0) {
         return Found(vec3<f32>(0.0), false);
     }

@@ -125,10 +125,14 @@ impl Optic for Slab {
         let length = 2.0 * half.y / -inside.y;
         let exit = entry + inside * length;
         let (outside, leaves) = refract(inside, DVec3::Y, self.ior, 1.0);
-        let left = (self.absorption.as_dvec3() * -length).to_array().map(libm::exp);
-        let through = Part { origin: exit, direction: outside, share: DVec3::from_array(left) * (enters * leaves) };
+        let left = |length: f64| DVec3::from_array((self.absorption.as_dvec3() * -length).to_array().map(libm::exp));
+        let through = Part { origin: exit, direction: outside, share: left(length) * (enters * leaves) };
         let mirrored = Part { origin: entry, direction: reflect(direction, DVec3::Y), share: DVec3::splat(1.0 - enters) };
-        (holds(entry) && holds(exit)).then(|| vec![through, mirrored])
+        // From the bottom back to the top, where it leaves as if the top had mirrored it.
+        let returns = exit + reflect(inside, DVec3::Y) * length;
+        let share = left(2.0 * length) * (enters * (1.0 - leaves) * leaves);
+        let back = Part { origin: returns, direction: reflect(direction, DVec3::Y), share };
+        (holds(entry) && holds(exit) && holds(returns)).then(|| vec![through, mirrored, back])
     }
 }
 
@@ -144,17 +148,23 @@ impl Optic for Ball {
         let to = self.centre.as_dvec3() - origin;
         let along = to.dot(direction);
         let beside = to.length_squared() - along * along;
-        // The outermost twentieth of the disc is not compared: there the mesh is an outline of chords, and all is compressed.
-        if beside > (0.95 * self.radius) * (0.95 * self.radius) {
+        // Nearer to the outline, the part that is reflected inside leaves where the picture shows the surface at a slant: half a texel turns its normal
+        // by several degrees.
+        if beside > (0.8 * self.radius) * (0.8 * self.radius) {
             return None;
         }
         let entry = origin + direction * (along - (self.radius * self.radius - beside).sqrt());
         let normal = |at: DVec3| (at - self.centre.as_dvec3()) / self.radius;
         let (inside, enters) = refract(direction, normal(entry), 1.0, self.ior);
-        let exit = entry + inside * (2.0 * self.radius * -inside.dot(normal(entry)));
+        let chord = 2.0 * self.radius * -inside.dot(normal(entry));
+        let exit = entry + inside * chord;
         let (outside, leaves) = refract(inside, -normal(exit), self.ior, 1.0);
         let through = Part { origin: exit, direction: outside, share: DVec3::splat(enters * leaves) };
         let mirrored = Part { origin: entry, direction: reflect(direction, normal(entry)), share: DVec3::splat(1.0 - enters) };
-        Some(vec![through, mirrored])
+        let again = reflect(inside, normal(exit));
+        let second = exit + again * chord;
+        let (onward, _) = refract(again, -normal(second), self.ior, 1.0);
+        let share = DVec3::splat(enters * (1.0 - leaves) * leaves);
+        Some(vec![through, mirrored, Part { origin: second, direction: onward, share }])
     }
 }
