@@ -220,3 +220,31 @@ fn shipped_scenes_look_like_rays() {
         assert!(off < bound && other > 2.0 * off, "{name}: {off} {other}");
     }
 }
+
+#[test]
+fn water_beside_glass_looks_as_without_it() {
+    let mut without = support::with_coarse_parts(support::scene_of_size("pool.ron", (160, 90)));
+    without.techniques.edit::<CausticVolumes>().surface_shadows = false;
+    without.techniques.edit::<CausticVolumes>().samples = 1;
+    let water = without.water.clone().expect("a pool");
+    let middle = (water.min_ws() + water.max_ws()) * 0.5;
+    let (centre, radius_m) = (Vec3::new(middle.x, water.level_m + 0.5, middle.y), 0.25);
+    let mut with = without.clone();
+    with.objects.push(Object {
+        name: "ball".into(),
+        shape: Shape::UvSphere(UvSphere { radius_m, slices: 64, stacks: 32 }),
+        transform: Transform { translate: centre, ..Transform::default() },
+        material: glass(1.5, Vec3::ZERO),
+    });
+    let (plain, layers) = (picture(&without), render(&with, "caustic-volumes"));
+    let (shown, position) = (layer(&layers, "color"), layer(&layers, "position"));
+    assert!(shown.iter().all(|color| color.is_finite()));
+    let is_on_ball = |k: &usize| (position[*k] - centre).length() < radius_m * 1.01;
+    let differs = |k: &usize| (shown[*k] - plain[*k]).abs().max_element() > 1.0e-3 * plain[*k].max_element();
+    let beside: Vec<usize> = (0..shown.len()).filter(|k| !is_on_ball(k)).collect();
+    let (on_ball, changed) = (shown.len() - beside.len(), beside.iter().filter(|k| differs(k)).count());
+    println!("{on_ball} pixels on the ball, {changed} of {} others differ", beside.len());
+    // Water next to the outline refracts towards pixels of the ball.
+    assert!(on_ball > 50 && changed < on_ball, "{on_ball} {changed}");
+    assert!((0..shown.len()).filter(is_on_ball).filter(differs).count() > on_ball / 2, "the ball is seen");
+}

@@ -1,6 +1,7 @@
 // The way of a view ray through a body of glass: the twin of `glass_body.rs`.
 
-const CORRECTIONS: i32 = 4;
+const CORRECTIONS: i32 = 6;
+const BACK: f32 = 0.75;
 const SMOOTH: f32 = 0.9;
 const NO_PLANE: f32 = 3.0e38;
 
@@ -73,7 +74,7 @@ fn way(start: vec3<f32>, direction: vec3<f32>, guess: f32) -> Way {
         if distance < NO_PLANE {
             length = distance;
         } else if back_at.w != 3.0 {
-            length = length * 0.5;
+            length = length * BACK;
         }
     }
     if nearest < NO_PLANE {
