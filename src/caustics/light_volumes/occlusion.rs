@@ -1,7 +1,7 @@
 //! Receivers hidden by others: boxes of which the eye sees nothing do not clamp beams [BO §5, future work].
 //!
-//! The receivers, without mirrors and glass, are drawn into a depth buffer from the eye. An occlusion query then tests each box against it. The faces of a box lie before
-//! everything inside; if they are hidden, everything inside is hidden, too.
+//! The receivers, without mirrors and glass, are drawn into a depth buffer from the eye. An occlusion query then tests each box against it. The faces
+//! of a box lie before everything inside; if they are hidden, everything inside is hidden, too.
 
 use std::sync::Arc;
 

@@ -1,8 +1,9 @@
 //! What a ray meets of the receivers that a camera sees: the ray is followed through the camera's own picture.
 //!
-//! The part of the ray in the bounds of all receivers is sampled at equal distances in the picture. Each texel stands for the tangent plane of its receiver. Where the ray passes from the front
-//! of the plane to the back, the step is halved [`HALVINGS`] times, and the hit is the point where the ray meets the plane of the last texel; it does not
-//! depend on the size of steps or texels. If the ray is deep below the plane there, it passes behind an edge of the receiver, and the search goes on.
+//! The part of the ray in the bounds of all receivers is sampled at equal distances in the picture. Each texel stands for the tangent plane of its
+//! receiver. Where the ray passes from the front of the plane to the back, the step is halved [`HALVINGS`] times, and the hit is the point where the
+//! ray meets the plane of the last texel; it does not depend on the size of steps or texels. If the ray is deep below the plane there, it passes
+//! behind an edge of the receiver, and the search goes on.
 //!
 //! Not found: receivers outside of the picture, or hidden behind others; and those that are narrower in the picture than a step.
 
