@@ -4,6 +4,7 @@ use nephroid_image::{Image, Layer, LayerError, LayerSet, STANDARD_LAYERS};
 use nephroid_pipeline::frame::{Frame, FrameOutput, TextureId};
 use nephroid_pipeline::{Surface, Texture};
 
+use super::passes::geometry_buffer::MaterialKind;
 use super::{LayerSource, Resolve, TechniqueFrame};
 
 /// The layers requested from a frame: the named ones in the caller's order, or all standard ones. A layer of an attachment has its name with `_` for
@@ -78,7 +79,9 @@ fn read(built: &TechniqueFrame, source: &LayerSource, output: &FrameOutput<'_>) 
     let samples = built.samples;
     let width = (surface.width - 2 * built.margin) / samples;
     let height = (surface.height - 2 * built.margin) / samples;
-    let pixel = Pixel { surface, margin: built.margin, samples };
+    let mask = built.light_mask.as_ref().filter(|mask| mask.layers.contains(&source.name));
+    let kinds = mask.map(|mask| output.texture(mask.kinds).surface(0, 0));
+    let pixel = Pixel { surface, kinds, margin: built.margin, samples };
     let plane = |c: usize| Image::from_rows(width, height, |y, row| fill(row, |x| pixel.fold(source.resolve, x, y, c)));
     let planes = (0..source.channels).map(plane).collect::<Result<Vec<_>, _>>();
     Layer::new(source.name, planes.map_err(|error| LayerError::Size { name: source.name.to_owned(), source: error })?)
@@ -87,6 +90,8 @@ fn read(built: &TechniqueFrame, source: &LayerSource, output: &FrameOutput<'_>) 
 /// Reads pixels of a supersampled surface with a margin.
 struct Pixel<'a> {
     surface: &'a Surface,
+    /// 1 + kind of the nearest surface, if mirrors and glass count as 0.
+    kinds: Option<&'a Surface>,
     margin: u32,
     samples: u32,
 }
@@ -97,7 +102,7 @@ impl Pixel<'_> {
         let mut sum = 0.0;
         for sy in 0..self.samples {
             for sx in 0..self.samples {
-                sum += self.surface.get(self.margin + x * self.samples + sx, self.margin + y * self.samples + sy, c);
+                sum += self.sample(self.margin + x * self.samples + sx, self.margin + y * self.samples + sy, c);
             }
         }
         sum
@@ -105,7 +110,12 @@ impl Pixel<'_> {
 
     fn nearest(&self, x: u32, y: u32, c: usize) -> f32 {
         let half = self.samples / 2;
-        self.surface.get(self.margin + x * self.samples + half, self.margin + y * self.samples + half, c)
+        self.sample(self.margin + x * self.samples + half, self.margin + y * self.samples + half, c)
+    }
+
+    fn sample(&self, x: u32, y: u32, c: usize) -> f32 {
+        let lands = self.kinds.is_none_or(|kinds| kinds.get(x, y, 3) <= 1.0 + MaterialKind::Diffuse as u8 as f32);
+        if lands { self.surface.get(x, y, c) } else { 0.0 }
     }
 
     fn fold(&self, resolve: Resolve, x: u32, y: u32, c: usize) -> f32 {

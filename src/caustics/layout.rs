@@ -11,6 +11,7 @@ use super::passes::filter::KernelUniform;
 use super::passes::geometry_buffer::{MaterialUniform, ReceiverVertex};
 use super::passes::light_buffer::SurfaceUniform;
 use super::passes::light_view::{LightView, TexelView};
+use super::passes::receiver_search::ReceiverBounds;
 use super::passes::rotating_filter::RotatingUniform;
 use super::passes::shadow_map::LightUniform;
 use super::passes::water_surface::WaterVertex;
@@ -53,6 +54,7 @@ pub fn shared() -> Vec<Layout> {
         layout!(LightView: clip_from_world, position_ws),
         layout!(TexelView: view, axis_ws, size_tx),
         layout!(SurfaceUniform: pattern, optics),
+        layout!(ReceiverBounds: min_ws, max_ws),
         layout!(KernelUniform: weights, step),
         layout!(RotatingUniform: taps, rotations, count),
         layout!(DownsampleUniform: sizes),

@@ -25,7 +25,7 @@ mod technique;
 pub use error::RenderError;
 pub use features::Feature;
 pub use layout::Layout;
-pub use output::{LayerSource, Resolve, Tally, TechniqueFrame};
+pub use output::{LayerSource, LightMask, Resolve, Tally, TechniqueFrame};
 pub use receivers::{ReceiverGroup, Receivers};
 pub use renderer::{RenderOptions, Rendered, Renderer};
 pub use table::Techniques;

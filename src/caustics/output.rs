@@ -8,6 +8,8 @@ pub struct TechniqueFrame {
     pub frame: Frame,
     /// Source of each layer.
     pub layers: Vec<LayerSource>,
+    /// Layers that are 0 where the picture shows a mirror or glass; `None` for scenes without them.
+    pub light_mask: Option<LightMask>,
     /// Margin beyond each edge of the picture, in samples.
     pub margin: u32,
     /// Samples along each side of a pixel.
@@ -34,6 +36,15 @@ pub struct Tally {
     pub names: &'static [(u32, &'static str)],
     /// Name of the audit entry for all light on arrival.
     pub arrived: &'static str,
+}
+
+/// Layers of light, which does not land on mirrors and glass.
+#[derive(Clone, Debug)]
+pub struct LightMask {
+    /// Texture whose w is 1 + [`crate::passes::geometry_buffer::MaterialKind`] of the nearest surface.
+    pub kinds: TextureId,
+    /// Names of the layers.
+    pub layers: Vec<&'static str>,
 }
 
 /// The source of a layer.

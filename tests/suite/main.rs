@@ -21,6 +21,7 @@ mod readback;
 mod render_cli;
 mod scene_files;
 mod seam;
+mod seen_in_glass;
 mod settings;
 mod splatting;
 mod trace;

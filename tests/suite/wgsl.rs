@@ -13,7 +13,7 @@ use crate::support::{self, scene_of_size, shared_passes, techniques, with_coarse
 /// passes that no technique draws yet.
 fn programs() -> Vec<Arc<Program>> {
     let mut programs: Vec<Arc<Program>> = vec![nephroid::passes::in_scattering::program()];
-    for name in ["pool.ron", "pots.ron", "columns.ron", "analytic/flat_water.ron", "analytic/sine_water.ron"] {
+    for name in ["pool.ron", "pots.ron", "columns.ron", "analytic/flat_water.ron", "analytic/sine_water.ron", "ball.ron"] {
         for (technique, variant) in support::variants() {
             let mut scene = with_coarse_parts(scene_of_size(name, (16, 16)));
             scene.time_s = 0.0;

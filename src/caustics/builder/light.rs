@@ -31,6 +31,21 @@ pub struct FrameLight {
     pub air_map: TextureId,
 }
 
+/// Receivers that a light shines on, and where its light is written.
+#[derive(Clone, Copy)]
+pub(super) struct Lit {
+    /// Uniform buffer of the camera that sees them.
+    pub camera: BufferId,
+    /// World position.
+    pub position: TextureId,
+    /// Normal.
+    pub normal: TextureId,
+    /// Direct irradiance, summed over lights.
+    pub direct: TextureId,
+    /// Visibility under water, if it is wanted.
+    pub visibility: Option<TextureId>,
+}
+
 impl FrameLight {
     /// Whether this is the first light, so that its passes clear the sums over lights.
     #[must_use]
@@ -67,26 +82,42 @@ impl FrameBuilder<'_> {
         let all: Vec<_> = receivers.groups.iter().filter(|g| !g.indices.is_empty()).collect();
         let under = ((view.underwater_shadows && wet).then_some(size), all.as_slice());
         let water_map = self.map(format!("shadow_map_water {number}"), shadow_map::water_program, buffer, under);
+        let lit = Lit {
+            camera: self.camera_buffer,
+            position: self.position,
+            normal: self.normal,
+            direct: self.direct,
+            visibility: Some(self.visibility),
+        };
+        let light = FrameLight { number, uniform, buffer, air_map };
+        self.light_pass(format!("light {number}"), &light, water_map, lit);
+        if let Some(lit) = self.lit_surroundings() {
+            self.light_pass(format!("surroundings light {number}"), &light, water_map, lit);
+        }
+        light
+    }
+
+    /// Adds a light's direct irradiance on receivers.
+    fn light_pass(&mut self, label: String, light: &FrameLight, water_map: TextureId, lit: Lit) {
         let bindings = self.frame.bind_group(vec![
-            BindEntry::Uniform(self.camera_buffer, 0),
-            BindEntry::Uniform(buffer, 0),
-            BindEntry::texture(self.position),
-            BindEntry::texture(self.normal),
-            BindEntry::texture(air_map),
+            BindEntry::Uniform(lit.camera, 0),
+            BindEntry::Uniform(light.buffer, 0),
+            BindEntry::texture(lit.position),
+            BindEntry::texture(lit.normal),
+            BindEntry::texture(light.air_map),
             BindEntry::texture(water_map),
             BindEntry::Sampler(Sampler::comparison(CompareFunction::LessEqual)),
         ]);
-        let pipeline = self.frame.pipeline(RenderPipelineDescriptor {
-            targets: vec![target(TextureFormat::Rgba32Float, Some(ADDITIVE)), target(TextureFormat::R32Float, None)],
-            ..RenderPipelineDescriptor::new("light", light::program(view.surface_shadows, view.underwater_shadows))
-        });
-        self.frame.passes.push(Pass {
-            label: format!("light {number}"),
-            color: vec![clear_or_keep(self.direct, number == 0), clear(self.visibility)],
-            draws: vec![Draw::new(pipeline, bindings, fullscreen::VERTICES)],
-            ..Pass::default()
-        });
-        FrameLight { number, uniform, buffer, air_map }
+        let mut targets = vec![target(TextureFormat::Rgba32Float, Some(ADDITIVE))];
+        let mut color = vec![clear_or_keep(lit.direct, light.is_first())];
+        if let Some(visibility) = lit.visibility {
+            targets.push(target(TextureFormat::R32Float, None));
+            color.push(clear(visibility));
+        }
+        let program = light::program(self.view.surface_shadows, self.view.underwater_shadows);
+        let pipeline = self.frame.pipeline(RenderPipelineDescriptor { targets, ..RenderPipelineDescriptor::new("light", program) });
+        let draws = vec![Draw::new(pipeline, bindings, fullscreen::VERTICES)];
+        self.frame.passes.push(Pass { label, color, draws, ..Pass::default() });
     }
 
     /// Draws a shadow map of `size` texels along a side with the given casters; without a size, one texel of depth 1.

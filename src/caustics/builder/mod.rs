@@ -7,6 +7,7 @@
 //! |---|---|
 //! | `view` | size of the targets, refraction of the eye, the camera's uniform: [`ViewOptions`] |
 //! | `geometry` | pass `geometry_buffer`: position, normal and albedo of what each pixel sees |
+//! | `specular` | what a scene with mirrors or glass has in addition: receivers behind them, and what the eye sees in them |
 //! | `light` | passes `shadow_map_air N`, `shadow_map_water N`, `light N` |
 //! | `targets` | textures in which caustic light is summed |
 //! | `picture` | passes `shade` and `picture` |
@@ -15,6 +16,7 @@
 mod geometry;
 pub mod light;
 mod picture;
+mod specular;
 pub mod state;
 pub mod targets;
 pub mod view;
@@ -23,15 +25,18 @@ use std::sync::Arc;
 
 use crate::Receivers;
 use crate::passes::camera::CameraUniform;
+use crate::passes::geometry_buffer::MaterialUniform;
 use nephroid_pipeline::frame::{BufferId, Frame, PipelineId, TextureId};
 use nephroid_pipeline::shader::Program;
 use nephroid_pipeline::state::{DepthStencilState, TextureFormat};
 use nephroid_pipeline::{Buffer, RenderPipelineDescriptor, TextureDescriptor};
-use nephroid_scene::Scene;
 use nephroid_scene::water::HeightField;
+use nephroid_scene::{Material, Scene};
 
+use geometry::GeometryTargets;
 pub use light::FrameLight;
 pub use picture::Contributions;
+use specular::Specular;
 pub use targets::CausticTargets;
 pub use view::{ViewOptions, cut_level, eye_is_under_water};
 
@@ -57,7 +62,8 @@ pub struct FrameBuilder<'a> {
     pub camera: CameraUniform,
     /// Uniform buffer with the camera.
     pub camera_buffer: BufferId,
-    /// World position, m; w is 1 + [`crate::passes::geometry_buffer::MaterialKind`], 0 where there is no receiver.
+    /// World position, m, of the receivers: the nearest diffuse surfaces, also behind mirrors and glass. w is
+    /// 1 + [`crate::passes::geometry_buffer::MaterialKind`], 0 where there is no receiver.
     pub position: TextureId,
     /// Unit normal towards the eye.
     pub normal: TextureId,
@@ -75,6 +81,7 @@ pub struct FrameBuilder<'a> {
     pub color: TextureId,
     vertices: BufferId,
     indices: BufferId,
+    specular: Option<Specular>,
 }
 
 impl<'a> FrameBuilder<'a> {
@@ -116,9 +123,20 @@ impl<'a> FrameBuilder<'a> {
             color,
             vertices,
             indices,
+            specular: None,
         };
-        builder.geometry_buffer();
+        let nearest = receivers.groups.iter().map(|group| (group, MaterialUniform::from(&group.material))).collect();
+        builder.geometry_pass("geometry_buffer", camera_buffer, builder.geometry_targets(), None, &nearest);
+        if scene.objects.iter().any(|object| !matches!(object.material, Material::Diffuse { .. })) {
+            builder.look_behind_specular();
+        }
         builder
+    }
+
+    /// The textures of the receivers.
+    fn geometry_targets(&self) -> GeometryTargets {
+        let Self { position, normal, albedo, depth, depth_format, .. } = *self;
+        GeometryTargets { position, normal, albedo, depth, depth_format }
     }
 
     /// Adds a texture of the targets' size.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::passes::environment::EnvironmentUniform;
 use crate::passes::water_surface::{self, WaterVertex};
 use crate::passes::{fullscreen, in_scattering, shade};
-use crate::{LayerSource, Resolve, TechniqueFrame};
+use crate::{LayerSource, LightMask, Resolve, TechniqueFrame};
 use glam::Vec3;
 use nephroid_pipeline::frame::{BindEntry, BufferId, DepthStencilAttachment, Draw, Pass, TextureId};
 use nephroid_pipeline::state::{ADDITIVE, CompareFunction, DepthBiasState, TextureFormat};
@@ -14,6 +14,7 @@ use nephroid_scene::water::HeightField;
 use nephroid_scene::{EyeRefraction, Scene};
 
 use super::FrameBuilder;
+use super::geometry::GeometryTargets;
 use super::state::{clear, depth_state, target};
 
 /// What a technique adds to the picture. All textures have the size of the builder's targets.
@@ -27,6 +28,20 @@ pub struct Contributions {
     pub in_scattered: Option<TextureId>,
     /// The technique's own layers.
     pub layers: Vec<LayerSource>,
+}
+
+/// Receivers and the irradiance on them, and where their radiance is written.
+pub(super) struct Shaded {
+    /// Uniform buffer of the camera that sees them.
+    pub camera: BufferId,
+    /// Position, normal and albedo.
+    pub geometry: GeometryTargets,
+    /// Direct irradiance.
+    pub direct: TextureId,
+    /// Caustic irradiance.
+    pub caustic: TextureId,
+    /// The radiance.
+    pub radiance: TextureId,
 }
 
 impl Contributions {
@@ -43,8 +58,10 @@ impl FrameBuilder<'_> {
     pub fn finish(mut self, contributions: Contributions) -> TechniqueFrame {
         let environment = self.uniform("environment", &environment_uniform(self.scene));
         let radiance = self.shade(environment, contributions.irradiance);
+        let radiance = self.glass(environment, radiance);
         self.picture(environment, radiance, contributions.in_scattered);
         TechniqueFrame {
+            light_mask: self.light_mask(&contributions),
             layers: self.layers(contributions),
             frame: self.frame,
             margin: self.margin,
@@ -56,34 +73,45 @@ impl FrameBuilder<'_> {
         }
     }
 
-    /// Converts irradiance to the radiance of the surface that each sample shows.
+    /// Converts irradiance to the radiance of the receiver that each sample shows.
     fn shade(&mut self, environment: BufferId, caustic: TextureId) -> TextureId {
         let radiance = self.target("radiance", TextureFormat::Rgba32Float);
+        let geometry = self.geometry_targets();
+        self.shade_pass("shade", environment, &Shaded { camera: self.camera_buffer, geometry, direct: self.direct, caustic, radiance });
+        radiance
+    }
+
+    /// Adds a pass that converts irradiance to radiance.
+    pub(super) fn shade_pass(&mut self, label: &str, environment: BufferId, shaded: &Shaded) {
         let bindings = self.frame.bind_group(vec![
-            BindEntry::Uniform(self.camera_buffer, 0),
+            BindEntry::Uniform(shaded.camera, 0),
             BindEntry::Uniform(environment, 0),
-            BindEntry::texture(self.position),
-            BindEntry::texture(self.normal),
-            BindEntry::texture(self.albedo),
-            BindEntry::texture(self.direct),
-            BindEntry::texture(caustic),
+            BindEntry::texture(shaded.geometry.position),
+            BindEntry::texture(shaded.geometry.albedo),
+            BindEntry::texture(shaded.direct),
+            BindEntry::texture(shaded.caustic),
         ]);
         let pipeline = self.fullscreen("shade", shade::program(), &[TextureFormat::Rgba32Float], None);
         self.frame.passes.push(Pass {
-            label: "shade".into(),
-            color: vec![clear(radiance)],
+            label: label.into(),
+            color: vec![clear(shaded.radiance)],
             draws: vec![Draw::new(pipeline, bindings, fullscreen::VERTICES)],
             ..Pass::default()
         });
-        radiance
+    }
+
+    /// The nearest surfaces: the receivers, or the mirrors and glass before them.
+    fn front(&self) -> GeometryTargets {
+        self.specular.as_ref().map_or_else(|| self.geometry_targets(), |specular| specular.front)
     }
 
     /// Sky and receivers, the water surface tested against the receivers' depth, and in-scattered radiance added over everything.
     fn picture(&mut self, environment: BufferId, radiance: TextureId, in_scattered: Option<TextureId>) {
+        let front = self.front();
         let entries = vec![
             BindEntry::Uniform(self.camera_buffer, 0),
             BindEntry::Uniform(environment, 0),
-            BindEntry::texture(self.position),
+            BindEntry::texture(front.position),
             BindEntry::texture(radiance),
         ];
         let mut draws = vec![self.background_draw(entries.clone())];
@@ -92,7 +120,7 @@ impl FrameBuilder<'_> {
         self.frame.passes.push(Pass {
             label: "picture".into(),
             color: vec![clear(self.color)],
-            depth_stencil: Some(DepthStencilAttachment { view: self.depth.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Load }),
+            depth_stencil: Some(DepthStencilAttachment { view: front.depth.into(), depth_load: LoadOp::Load, stencil_load: LoadOp::Load }),
             draws,
             ..Pass::default()
         });
@@ -137,16 +165,23 @@ impl FrameBuilder<'_> {
         Draw::new(pipeline, bindings, fullscreen::VERTICES)
     }
 
+    /// Mirrors and glass reflect and transmit light, but no light lands on them.
+    fn light_mask(&self, contributions: &Contributions) -> Option<LightMask> {
+        let kinds = self.specular.as_ref()?.front.position;
+        let own = contributions.layers.iter().map(|layer| layer.name);
+        Some(LightMask { kinds, layers: ["direct", "caustic_irradiance", "shadow"].into_iter().chain(own).collect() })
+    }
+
     /// The layers that every technique has, those of the contributions, and the technique's own layers.
     fn layers(&self, contributions: Contributions) -> Vec<LayerSource> {
-        let axis = self.scene.camera.forward_ws();
+        let (axis, front) = (self.scene.camera.forward_ws(), self.front());
         let source = |name, texture, channels, resolve| LayerSource { name, texture, channels, resolve };
         let mut layers = vec![
             source("color", self.color, 3, Resolve::Mean),
-            source("depth", self.position, 1, Resolve::Depth(self.scene.camera.position_ws(), axis)),
-            source("normal", self.normal, 3, Resolve::Nearest),
-            source("position", self.position, 3, Resolve::Nearest),
-            source("albedo", self.albedo, 3, Resolve::Mean),
+            source("depth", front.position, 1, Resolve::Depth(self.scene.camera.position_ws(), axis)),
+            source("normal", front.normal, 3, Resolve::Nearest),
+            source("position", front.position, 3, Resolve::Nearest),
+            source("albedo", front.albedo, 3, Resolve::Mean),
             source("direct", self.direct, 3, Resolve::Mean),
             source("caustic_irradiance", contributions.irradiance, 3, Resolve::Mean),
             source("shadow", self.visibility, 1, Resolve::Mean),

@@ -1,17 +1,17 @@
 //! Receivers hidden by others: boxes of which the eye sees nothing do not clamp beams [BO §5, future work].
 //!
-//! The receivers are drawn into a depth buffer from the eye. An occlusion query then tests each box against it. The faces of a box lie before
-//! everything inside; if they are hidden, everything inside is hidden, too.
+//! The receivers, without mirrors and glass, are drawn into a depth buffer from the eye. An occlusion query then tests each box against it. The faces
+//! of a box lie before everything inside; if they are hidden, everything inside is hidden, too.
 
 use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 
-use crate::RenderError;
 use crate::builder::FrameBuilder;
 use crate::builder::state::depth_state;
 use crate::passes::geometry_buffer::{self, MaterialUniform, ReceiverVertex};
 use crate::readback::{self, OcclusionQueries};
+use crate::{ReceiverGroup, RenderError};
 use nephroid_math::space::sin_cos_deg;
 use nephroid_pipeline::frame::{BindEntry, DepthStencilAttachment, Draw, Frame, Pass, PipelineId};
 use nephroid_pipeline::shader::Program;
@@ -65,7 +65,8 @@ fn describe(builder: &FrameBuilder<'_>, boxes: &[ReceiverBox]) -> OcclusionQueri
     let indices = frame.buffer("query receiver indices", receivers.indices.clone());
     let pipeline = query_pipeline(&mut frame, "receiver_query", CompareFunction::LessEqual, false);
     let fill = query_pipeline(&mut frame, label, CompareFunction::Less, true);
-    let groups = receivers.groups.iter().filter(|group| !group.indices.is_empty());
+    let is_diffuse = |group: &ReceiverGroup| matches!(group.material, Material::Diffuse { .. });
+    let groups = receivers.groups.iter().filter(|group| !group.indices.is_empty() && is_diffuse(group));
     let draws = groups.map(|group| Draw::new(fill, occluders, group.indices.clone()).indexed(indices)).collect();
     let target = Some(DepthStencilAttachment { view: depth.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
     frame.passes.push(Pass { label: label.into(), depth_stencil: target, draws, ..Pass::default() });

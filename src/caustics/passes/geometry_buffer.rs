@@ -1,7 +1,7 @@
 //! The nearest receiver of each pixel: world position, normal and albedo [SF05 §3.5, first pass].
 //!
-//! Targets: `position` (x, y, z in metres, w = 1 + [`MaterialKind`], 0 where there is nothing), `normal` (unit, turned towards the eye),
-//! `albedo` (reflectance of a mirror; white for glass).
+//! Targets: `position` (x, y, z in metres, w = 1 + [`MaterialKind`], 0 where there is nothing), `normal` (unit, turned towards the eye; w = refractive index
+//! of glass, otherwise 1), `albedo` (reflectance of a mirror; white for glass).
 
 use std::sync::Arc;
 
@@ -47,18 +47,29 @@ pub enum MaterialKind {
 pub struct MaterialUniform {
     /// Albedo, or reflectance of a mirror.
     pub pattern: PatternUniform,
-    /// 1 + [`MaterialKind`]; the rest is unused.
+    /// x: 1 + [`MaterialKind`]. y: refractive index of glass, otherwise 1. The rest is unused.
     pub kind: Vec4,
+}
+
+impl MaterialUniform {
+    fn new(albedo: &Albedo, kind: MaterialKind, ior: f32) -> Self {
+        Self { pattern: albedo.into(), kind: Vec4::new(1.0 + kind as u8 as f32, ior, 0.0, 0.0) }
+    }
+
+    /// A back face of glass, which has the absorption coefficient of the inside (1/m) for its albedo.
+    #[must_use]
+    pub fn inside_of_glass(ior: f32, absorption: Vec3) -> Self {
+        Self::new(&Albedo::Solid(absorption), MaterialKind::Dielectric, ior)
+    }
 }
 
 impl From<&Material> for MaterialUniform {
     fn from(material: &Material) -> Self {
-        let (albedo, kind) = match material {
-            Material::Diffuse { albedo } => (albedo, MaterialKind::Diffuse),
-            Material::Mirror { reflectance } => (&Albedo::Solid(*reflectance), MaterialKind::Mirror),
-            Material::Dielectric { .. } => (&Albedo::Solid(Vec3::ONE), MaterialKind::Dielectric),
-        };
-        Self { pattern: albedo.into(), kind: Vec4::new(1.0 + kind as u8 as f32, 0.0, 0.0, 0.0) }
+        match material {
+            Material::Diffuse { albedo } => Self::new(albedo, MaterialKind::Diffuse, 1.0),
+            Material::Mirror { reflectance } => Self::new(&Albedo::Solid(*reflectance), MaterialKind::Mirror, 1.0),
+            Material::Dielectric { ior, .. } => Self::new(&Albedo::Solid(Vec3::ONE), MaterialKind::Dielectric, *ior),
+        }
     }
 }
 
@@ -118,7 +129,7 @@ impl FragmentShader for Fragment {
         let albedo = material.pattern.at(position, normal);
         let one = position.x.like(1.0);
         output.color[0] = v4(position.x, position.y, position.z, one.like(material.kind.x));
-        output.color[1] = v4(normal.x, normal.y, normal.z, one);
+        output.color[1] = v4(normal.x, normal.y, normal.z, one.like(material.kind.y));
         output.color[2] = v4(albedo.x, albedo.y, albedo.z, one);
     }
 }

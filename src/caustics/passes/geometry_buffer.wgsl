@@ -35,5 +35,5 @@ fn fs(in: Varyings) -> Targets {
         normal = -normal;
     }
     let albedo = pattern_at(material.pattern, in.position_ws, normal);
-    return Targets(vec4<f32>(in.position_ws, material.kind.x), vec4<f32>(normal, 1.0), vec4<f32>(albedo, 1.0));
+    return Targets(vec4<f32>(in.position_ws, material.kind.x), vec4<f32>(normal, material.kind.y), vec4<f32>(albedo, 1.0));
 }

@@ -4,6 +4,8 @@
 //! - [`shadow_map`]: depth as seen from a light, through air and through flat water.
 //! - [`light`]: direct light and visibility of each pixel for one light.
 //! - [`shade`]: irradiance to radiance.
+//! - [`receiver_search`]: what a ray meets of the receivers in a picture; [`glass_body`]: the way of a view ray through glass.
+//! - [`glass`]: what mirrors and glass show.
 //! - [`water_surface`]: the picture: sky, receivers, and the water in front of them.
 //! - [`light_view`]: views of a light, given or fitted to a box.
 //! - [`light_buffer`]: position, normal, material, refractive index and depth as seen from a light.
@@ -18,10 +20,13 @@ pub mod environment;
 pub mod filter;
 pub mod fullscreen;
 pub mod geometry_buffer;
+pub mod glass;
+pub mod glass_body;
 pub mod in_scattering;
 pub mod light;
 pub mod light_buffer;
 pub mod light_view;
+pub mod receiver_search;
 pub mod rotating_filter;
 pub mod shade;
 pub mod shadow_map;

@@ -114,6 +114,22 @@ fn refract_stops_at_the_critical_angle() {
 }
 
 #[test]
+fn index_ratios_of_lanes_obey_the_same_laws() {
+    for i in 0..90 {
+        let d = down_at((i as f32).to_radians());
+        for (n1, n2) in [(1.0, WATER), (WATER, 1.0), (1.0, 1.52), (1.0, 1.0)] {
+            let eta = n1 / n2;
+            let ((plain, exists), (by_lane, exists_by_lane)) = (refract(d, UP, eta), refract_by(d, UP, eta));
+            assert_eq!((plain.x, plain.y, plain.z, exists), (by_lane.x, by_lane.y, by_lane.z, exists_by_lane));
+            close(fresnel_reflectance_by(-d.y, eta), fresnel_reflectance(-d.y, n1, n2), 2e-6);
+            assert!(eta == 1.0 || (fresnel_reflectance_by(-d.y, eta * 1.01) - fresnel_reflectance(-d.y, n1, n2)).abs() > 2e-5 || !exists);
+        }
+    }
+    assert_eq!(fresnel_reflectance_by(0.1_f32, WATER), 1.0, "total reflection");
+    assert_eq!(fresnel_reflectance_by(0.0_f32, 1.0), 0.0, "no interface");
+}
+
+#[test]
 fn reflect_keeps_the_tangential_part() {
     let d = down_at(0.4);
     let r = reflect(d, UP);
