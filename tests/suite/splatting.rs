@@ -312,6 +312,13 @@ fn a_light_without_a_view_is_refused_and_a_scene_without_glass_is_dark() {
     settings(&mut through_water).gather = Gather::Eye;
     let refused = Renderer::new(&through_water, &options).expect("a renderer").render(&through_water, None).expect_err("refused");
     assert!(refused.to_string().contains("eye_refraction"), "{refused}");
+
+    (settings(&mut plain).intersection, settings(&mut plain).photons) = (Intersection::Exact, 2049);
+    let refused = Renderer::new(&plain, &options).expect("a renderer").render(&plain, None).expect_err("refused");
+    assert!(refused.to_string().contains("2049") && refused.to_string().contains("2048"), "{refused}");
+    for (key, value) in [("splatting.photons", "0"), ("splatting.photons", "4097"), ("splatting.map_size", "8193"), ("splatting.frames", "0")] {
+        assert!(plain.set(key, value).is_err() || plain.validate().is_err(), "{key}={value}");
+    }
 }
 
 /// A sheet of glass has no back face: light that meets it is counted, not guessed.

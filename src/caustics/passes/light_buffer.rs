@@ -13,8 +13,8 @@
 //! | `depth` | Depth32Float | 0..=1, near to far, of the view's projection; where the light meets no surface, 1 for nearest surfaces, 0 for farthest | |
 //!
 //! If the light meets a surface from behind, it is inside of the body or under the water: the normal is turned, the index ratio inverted and the
-//! curvature's sign changed. The caller chooses the surfaces: receivers, mirrors and glass, a water surface, together or in separate buffers. Faces are drawn on both sides. Not
-//! supported: surfaces between the nearest and the farthest.
+//! curvature's sign changed. The caller chooses the surfaces: receivers, mirrors and glass, a water surface, together or in separate buffers. Faces are
+//! drawn on both sides, but for [`Keep::NearestBack`]. Not supported: surfaces between the nearest and the farthest.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -29,7 +29,7 @@ use nephroid_pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
 };
 use nephroid_pipeline::state::{
-    Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, StencilState, TextureFormat,
+    Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, Face, PrimitiveState, StencilState, TextureFormat,
 };
 use nephroid_pipeline::{BindingKind, Bindings, Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 use nephroid_scene::{Albedo, Material, PatternUniform};
@@ -95,6 +95,8 @@ pub enum Keep {
     Nearest,
     /// The last surface before the far plane; for one closed body, where light leaves it for the last time.
     Farthest,
+    /// The first surface that the light meets from behind, by the order of its triangles' corners: where it leaves the first closed body.
+    NearestBack,
 }
 
 /// The textures of a light buffer, described in the module's table.
@@ -180,9 +182,10 @@ impl FragmentShader for Fragment {
 ///
 /// Of surfaces at equal depth, the first one drawn is kept.
 pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), keep: Keep, draws: &[SurfaceDraw]) -> LightBuffer {
-    let (compare, clear_depth) = match keep {
-        Keep::Nearest => (CompareFunction::Less, 1.0),
-        Keep::Farthest => (CompareFunction::Greater, 0.0),
+    let (compare, clear_depth, cull_mode) = match keep {
+        Keep::Nearest => (CompareFunction::Less, 1.0, None),
+        Keep::Farthest => (CompareFunction::Greater, 0.0, None),
+        Keep::NearestBack => (CompareFunction::Less, 1.0, Some(Face::Front)),
     };
     let mut target = |part: &str, format| frame.texture(TextureDescriptor::d2(format!("{label} {part}"), size.0, size.1, format));
     let format = TextureFormat::Rgba32Float;
@@ -195,6 +198,7 @@ pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), k
     };
     let state = |format| Some(ColorTargetState { format, blend: None, write_mask: ColorWrites::ALL });
     let pipeline = frame.pipeline(RenderPipelineDescriptor {
+        primitive: PrimitiveState { cull_mode, ..PrimitiveState::default() },
         targets: vec![state(format), state(format), state(format), state(TextureFormat::R32Float)],
         depth_stencil: Some(DepthStencilState {
             format: TextureFormat::Depth32Float,

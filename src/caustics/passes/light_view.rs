@@ -6,6 +6,7 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 use nephroid_math::lanes::Lanes;
 use nephroid_math::space::{look_to, orthographic, perspective};
 use nephroid_math::vector::{V2, V3, transform_point, v2};
+use nephroid_pipeline::MAX_SIZE;
 use nephroid_scene::Light;
 use nephroid_scene::geom::Aabb;
 
@@ -160,11 +161,11 @@ impl FittedView {
         self.view.position_ws.w != 0.0
     }
 
-    /// Width and height of about `side²` texels that are about square.
+    /// Width and height of about `side²` texels that are about square; neither is larger than a texture may be.
     #[must_use]
     pub fn square_texels(&self, side: u32) -> (u32, u32) {
         let longer = f64::from(self.extent.x / self.extent.y).sqrt().clamp(0.25, 4.0);
-        let round = |length: f64| (f64::from(side) * length).round().max(1.0) as u32;
+        let round = |length: f64| ((f64::from(side) * length).round() as u32).clamp(1, MAX_SIZE);
         (round(longer), round(1.0 / longer))
     }
 }

@@ -13,6 +13,14 @@ pub enum SplattingError {
         /// What the view should hold.
         of: &'static str,
     },
+    /// More exact photons than are kept at once.
+    #[error("`splatting.photons` is {seen}; with `splatting.intersection` exact at most {most} are allowed")]
+    TooManyExact {
+        /// Photons along a side.
+        seen: u32,
+        /// Most allowed.
+        most: u32,
+    },
     /// Splats in the picture of a scene whose water the eye looks through by Snell's law.
     #[error("with `splatting.gather` eye, the eye sees no splats through water: set `splatting.eye_refraction` to virtual_plane, or `gather` to light")]
     EyeThroughWater,

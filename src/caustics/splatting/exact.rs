@@ -2,8 +2,6 @@
 //! both parts of light at glass, and receivers that the light does not see itself. One ray for each texel of the photons' view; each of its ends is a
 //! photon, and neighbours by the same path say how the map of the light bends there.
 
-use std::collections::HashMap;
-
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -14,6 +12,9 @@ use nephroid_scene::geom::Aabb;
 
 use crate::passes::light_view::TexelView;
 use crate::surfaces::{Arrival, Surfaces};
+
+/// Most photons along a side of a square view: all their paths are kept at once.
+pub const MOST_PHOTONS: u32 = 2048;
 
 /// A photon on a receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -76,18 +77,17 @@ pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, reached: Aab
             (0..columns).map(|x| texel(x).unwrap_or_default()).collect()
         })
         .collect();
-    let by_path: Vec<Vec<HashMap<u64, Vec3>>> = ends.par_iter().map(|row| row.iter().map(by_path).collect()).collect();
     let records: Vec<Vec<PhotonRecord>> = (0..rows as usize)
         .into_par_iter()
         .map(|y| {
-            let at = |x: usize, y: usize, hash: u64| by_path.get(y)?.get(x)?.get(&hash).copied();
+            let at = |x: usize, y: usize, hash: u64| by_path(ends.get(y)?.get(x)?, hash);
             let of_texel = |x: usize| {
                 let of = &ends[y][x];
                 let make = move |arrival: &Arrival| {
                     let (p, hash) = (arrival.position, arrival.hash);
-                    let before = |x: usize, y: usize| (x < usize::MAX && y < usize::MAX).then(|| at(x, y, hash)).flatten();
-                    let along_x = step(p, before(x.wrapping_sub(1), y), at(x + 1, y, hash));
-                    let along_y = step(p, before(x, y.wrapping_sub(1)), at(x, y + 1, hash));
+                    // Before the first texel there is none: the wrapped number is beyond the last.
+                    let along_x = step(p, at(x.wrapping_sub(1), y, hash), at(x + 1, y, hash));
+                    let along_y = step(p, at(x, y.wrapping_sub(1), hash), at(x, y + 1, hash));
                     record(of, arrival, along_x, along_y)
                 };
                 of.arrivals.iter().map(make).collect::<Vec<_>>()
@@ -109,9 +109,9 @@ pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, reached: Aab
     }
 }
 
-/// Where each path of a texel ends. Paths of one texel have different hashes, but for the order of pieces of one mesh that are met twice.
-fn by_path(ends: &Ends) -> HashMap<u64, Vec3> {
-    ends.arrivals.iter().map(|arrival| (arrival.hash, arrival.position)).collect()
+/// Where a path of a texel ends.
+fn by_path(ends: &Ends, hash: u64) -> Option<Vec3> {
+    ends.arrivals.iter().find(|arrival| arrival.hash == hash).map(|arrival| arrival.position)
 }
 
 /// How far light moves per texel, from its neighbours by the same path.

@@ -10,6 +10,7 @@ use nephroid_scene::{Material, Radiometry, Scene};
 
 use super::SplattingError;
 use super::drawn::{Surfaced, surfaces};
+use super::exact::MOST_PHOTONS;
 use super::light_pass::{LightPass, Map, eye_map};
 use super::settings::{Gather, Intersection, Splatting, Views};
 use super::totals::Totals;
@@ -69,6 +70,9 @@ pub fn build(scene: &Scene, shared: &Shared, moments: &[Moment], settings: &Spla
     let mut builder = FrameBuilder::new(scene, &shared.receivers, now, &view(settings));
     if settings.gather == Gather::Eye && builder.margin > 0 {
         return Err(SplattingError::EyeThroughWater.into());
+    }
+    if settings.intersection == Intersection::Exact && settings.photons > MOST_PHOTONS {
+        return Err(SplattingError::TooManyExact { seen: settings.photons, most: MOST_PHOTONS }.into());
     }
     let targets = CausticTargets::new(&mut builder, &[], "");
     let emitters: Vec<Emitters<'_>> = moments.iter().map(|moment| emitters(&mut builder, shared, moment, settings)).collect();

@@ -100,7 +100,7 @@ impl LightPass<'_> {
             light_buffer::add(&mut builder.frame, &format!("light_buffer {of} {label}"), &view.view, size(view), keep, draws)
         };
         let front = buffer(builder, "front", Keep::Nearest, &surfaces.all);
-        let back = buffer(builder, "back", Keep::Farthest, &surfaces.glass);
+        let back = buffer(builder, "back", Keep::NearestBack, &surfaces.glass);
         let (width, height) = size(view);
         let mut texture = |part| builder.frame.texture(TextureDescriptor::d2(format!("photon_{part} {label}"), width, height, FORMAT));
         let [position, direction, flux] = ["position", "direction", "flux"].map(&mut texture);

@@ -235,6 +235,9 @@ fn the_farthest_surface_is_where_light_leaves_a_body() {
         })
     };
     let [nearest, farthest] = [seen(Keep::Nearest), seen(Keep::Farthest)];
+    // One body has one back.
+    let back = seen(Keep::NearestBack);
+    assert!((0..64).all(|i| (0..5).all(|target| target == 3 || back.texel(target, 32, i) == farthest.texel(target, 32, i))));
     for y in 0..64 {
         for x in 0..64 {
             let [wx, wz] = [x, y].map(|i| (f64::from(i) + 0.5) / 16.0 - 2.0);
