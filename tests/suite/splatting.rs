@@ -316,7 +316,9 @@ fn a_light_without_a_view_is_refused_and_a_scene_without_glass_is_dark() {
     (settings(&mut plain).intersection, settings(&mut plain).photons) = (Intersection::Exact, 2049);
     let refused = Renderer::new(&plain, &options).expect("a renderer").render(&plain, None).expect_err("refused");
     assert!(refused.to_string().contains("2049") && refused.to_string().contains("2048"), "{refused}");
-    for (key, value) in [("splatting.photons", "0"), ("splatting.photons", "4097"), ("splatting.map_size", "8193"), ("splatting.frames", "0")] {
+    for (key, value) in
+        [("splatting.photons", "0"), ("splatting.photons", "4097"), ("splatting.map_size", "8193"), ("splatting.frames", "0")]
+    {
         assert!(plain.set(key, value).is_err() || plain.validate().is_err(), "{key}={value}");
     }
 }
@@ -349,7 +351,8 @@ fn maps_of_several_frames_are_smoother_and_do_not_depend_on_what_was_drawn_befor
     let of = settings(&mut moving);
     (of.photons, of.map_size, of.frames, of.frame_s) = (48, 96, 3, 0.25);
     moving.water.as_mut().expect("water").grid = (33, 33);
-    let options = RenderOptions { technique: "splatting".into(), layers: Some(vec!["caustic_irradiance".into()]), ..RenderOptions::default() };
+    let options =
+        RenderOptions { technique: "splatting".into(), layers: Some(vec!["caustic_irradiance".into()]), ..RenderOptions::default() };
     let red = |rendered: Rendered| rendered.layers.get("caustic_irradiance").expect("asked for").planes()[0].pixels().to_vec();
     let mut renderer = Renderer::new(&moving, &options).expect("a renderer");
     for time in [0.0, 0.25, 0.5, 0.75, 0.6] {

@@ -29,7 +29,8 @@ use nephroid_pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
 };
 use nephroid_pipeline::state::{
-    Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, Face, PrimitiveState, StencilState, TextureFormat,
+    Color, ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, Face, PrimitiveState, StencilState,
+    TextureFormat,
 };
 use nephroid_pipeline::{BindingKind, Bindings, Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 use nephroid_scene::{Albedo, Material, PatternUniform};

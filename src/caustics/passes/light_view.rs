@@ -131,8 +131,7 @@ impl FittedView {
                 let seen: Vec<Vec3> = points.iter().map(|&p| view_from_world.transform_point3(p)).collect();
                 let near_m = seen.iter().fold(f32::INFINITY, |near, p| near.min(-p.z));
                 let far_m = seen.iter().fold(0.0, |far: f32, p| far.max(-p.z));
-                let tangent =
-                    |side: fn(Vec3) -> f32| seen.iter().fold(0.0, |most: f32, &p| most.max(side(p).abs() / -p.z)) * (1.0 + SLACK);
+                let tangent = |side: fn(Vec3) -> f32| seen.iter().fold(0.0, |most: f32, &p| most.max(side(p).abs() / -p.z)) * (1.0 + SLACK);
                 let half = Vec2::new(tangent(|p| p.x), tangent(|p| p.y)).max(Vec2::splat(SLACK));
                 // Written so that NaN gives no view.
                 if !(near_m > 0.0 && half.max_element() <= MOST_TANGENT) {
@@ -189,7 +188,11 @@ impl TexelView {
     pub fn new(fitted: &FittedView, (width, height): (u32, u32)) -> Self {
         let size = Vec2::new(width as f32, height as f32);
         let texel = fitted.extent / size;
-        Self { view: fitted.view, axis_ws: fitted.axis_ws.extend(texel.x * texel.y), size_tx: Vec4::new(size.x, size.y, 1.0 / size.x, 1.0 / size.y) }
+        Self {
+            view: fitted.view,
+            axis_ws: fitted.axis_ws.extend(texel.x * texel.y),
+            size_tx: Vec4::new(size.x, size.y, 1.0 / size.x, 1.0 / size.y),
+        }
     }
 
     /// The view with its texels shifted by up to half of one along both sides, by another part for each number: members 0, 1, .. of a sequence that

@@ -22,7 +22,7 @@ use nephroid_pipeline::shader::{
 
 use super::exact::PhotonRecord;
 use super::photons::Fate;
-use super::splats::{MOST_DIAMETER_TX, Photon, SPRITE_MARGIN_TX, Source, SplatsUniform, photon, splat_wgsl, sprite};
+use super::splats::{MOST_DIAMETER_TX, Photon, SPRITE_MARGIN_TX, Source, SplatsUniform, clear_others, photon, splat_wgsl, sprite};
 use crate::passes::light_view::TexelView;
 
 /// Least width of a cell in the map, in texels. Splines of one texel add up to 1 at texel centres wherever they lie; narrower ones do not.
@@ -147,8 +147,10 @@ fn bounded<L: Lanes>(j: &Jacobian<L>) -> Jacobian<L> {
     let turn_is = turn.gt(tiny) & turn.lt(huge);
     let (e, h) = (L::select(turn_is, e / turn, one) * wide_turn, L::select(turn_is, h / turn, one * 0.0) * wide_turn);
     let reflection_is = reflection.gt(tiny) & reflection.lt(huge);
-    let (f, g) =
-        (L::select(reflection_is, f / reflection, one) * wide_reflection, L::select(reflection_is, g / reflection, one * 0.0) * wide_reflection);
+    let (f, g) = (
+        L::select(reflection_is, f / reflection, one) * wide_reflection,
+        L::select(reflection_is, g / reflection, one * 0.0) * wide_reflection,
+    );
     Jacobian { x: v2(e + f, h + g), y: v2(g - h, e - f) }
 }
 
@@ -204,6 +206,7 @@ impl VertexShader for Vertex {
         output.varyings[7] = inverse.y.y;
         output.set3(8, photon.flux * share);
         output.varyings[11] = share;
+        clear_others(&photon, 12, output);
     }
 }
 

@@ -40,7 +40,7 @@ fn bounded(j: vec4<f32>) -> vec4<f32> {
 fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
     let photon = photon_of(vertex_index);
     if !photon.landed {
-        return Varyings(vec4<f32>(0.0, 0.0, 2.0, 1.0), vec4<f32>(), vec4<f32>(), vec4<f32>());
+        return Varyings(sprite(photon), vec4<f32>(), vec4<f32>(), vec4<f32>());
     }
     let steps = steps_of(photon, vertex_index);
     let j = bounded(steps * (splats.shape.x / 3.0));
@@ -49,9 +49,16 @@ fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
     let first = floor(photon.at - reach) + 0.5;
     let last = photon.at + reach;
     var sum = 0.0;
-    for (var row = first.y; row < last.y; row += 1.0) {
-        for (var column = first.x; column < last.x; column += 1.0) {
-            sum += weight_at(vec2<f32>(column, row) - photon.at, inverse);
+    for (var row = 0; row <= MOST_TEXELS; row++) {
+        if !(first.y + f32(row) < last.y) {
+            break;
+        }
+        for (var column = 0; column <= MOST_TEXELS; column++) {
+            let centre = first + vec2<f32>(f32(column), f32(row));
+            if !(centre.x < last.x) {
+                break;
+            }
+            sum += weight_at(centre - photon.at, inverse);
         }
     }
     let share = 1.0 / sum;

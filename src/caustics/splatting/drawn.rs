@@ -89,4 +89,3 @@ fn mean_curvature(field: &HeightField) -> Vec<f32> {
     }
     curvature
 }
-

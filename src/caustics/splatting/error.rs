@@ -6,7 +6,9 @@ use crate::RenderError;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SplattingError {
     /// A light is inside of, or close to, what it has to see.
-    #[error("splatting draws what a light sees from its place: light {light} is inside of the box around {of}, or too near to it; move the light away")]
+    #[error(
+        "splatting draws what a light sees from its place: light {light} is inside of the box around {of}, or too near to it; move the light away"
+    )]
     NoView {
         /// Number of the light.
         light: usize,
@@ -22,7 +24,9 @@ pub enum SplattingError {
         most: u32,
     },
     /// Splats in the picture of a scene whose water the eye looks through by Snell's law.
-    #[error("with `splatting.gather` eye, the eye sees no splats through water: set `splatting.eye_refraction` to virtual_plane, or `gather` to light")]
+    #[error(
+        "with `splatting.gather` eye, the eye sees no splats through water: set `splatting.eye_refraction` to virtual_plane, or `gather` to light"
+    )]
     EyeThroughWater,
 }
 

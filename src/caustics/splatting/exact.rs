@@ -64,7 +64,9 @@ pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, reached: Aab
         .into_par_iter()
         .map(|y| {
             let texel = |x: u32| {
-                let ndc = |depth| Vec3::new((x as f32 + 0.5) * (2.0 * view.size_tx.z) - 1.0, 1.0 - (y as f32 + 0.5) * (2.0 * view.size_tx.w), depth);
+                let ndc = |depth| {
+                    Vec3::new((x as f32 + 0.5) * (2.0 * view.size_tx.z) - 1.0, 1.0 - (y as f32 + 0.5) * (2.0 * view.size_tx.w), depth)
+                };
                 let (start, end) = (world_from_clip.project_point3(ndc(0.0)), world_from_clip.project_point3(ndc(1.0)));
                 let (first, mut arrivals) = surfaces.arrivals(start, (end - start).normalize_or_zero())?;
                 if lossless {

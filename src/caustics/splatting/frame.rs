@@ -137,7 +137,11 @@ fn emitters<'a>(builder: &mut FrameBuilder<'_>, shared: &Shared, moment: &'a Mom
 /// Clears the sums of the first light if it has no caustics.
 fn nothing(builder: &mut FrameBuilder<'_>, light: &FrameLight, targets: &CausticTargets) {
     if light.is_first() {
-        builder.frame.passes.push(Pass { label: format!("gather {}", light.number), color: vec![clear(targets.irradiance)], ..Pass::default() });
+        builder.frame.passes.push(Pass {
+            label: format!("gather {}", light.number),
+            color: vec![clear(targets.irradiance)],
+            ..Pass::default()
+        });
     }
 }
 
@@ -149,4 +153,3 @@ fn mesh_of(field: &HeightField) -> Mesh {
 fn body_of(water: &Water, scene: &Scene) -> Material {
     Material::Dielectric { ior: water.ior, abbe: None, absorption: scene.medium.sigma_t() }
 }
-

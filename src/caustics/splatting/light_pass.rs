@@ -146,7 +146,14 @@ impl LightPass<'_> {
     }
 
     /// Follows photons of a moment through the triangles of the scene.
-    pub fn exact_photons(&self, builder: &mut FrameBuilder<'_>, age: usize, view: &TexelView, surfaces: &Surfaces, totals: &mut Totals) -> Photons {
+    pub fn exact_photons(
+        &self,
+        builder: &mut FrameBuilder<'_>,
+        age: usize,
+        view: &TexelView,
+        surfaces: &Surfaces,
+        totals: &mut Totals,
+    ) -> Photons {
         let light = &builder.scene.lights[self.light.number];
         let everywhere = Aabb { min: Vec3::splat(f32::MIN), max: Vec3::splat(f32::MAX) };
         let reached = if self.settings.gather == Gather::Eye { everywhere } else { self.own.reached };
@@ -172,7 +179,8 @@ impl LightPass<'_> {
     /// Draws the photons of all moments into the caustic map.
     pub fn splats(&self, builder: &mut FrameBuilder<'_>, photons: &[Photons], map: &Map) -> TextureId {
         let (settings, source) = (self.settings, photons[0].source);
-        let bound: Vec<(BindGroupId, u32)> = photons.iter().map(|photons| (self.splat_bindings(builder, photons, map), photons.count)).collect();
+        let bound: Vec<(BindGroupId, u32)> =
+            photons.iter().map(|photons| (self.splat_bindings(builder, photons, map), photons.count)).collect();
         let by_beam = settings.splats != Splats::Fixed;
         let colours = self.has_colours(builder);
         let (program, parts): (_, &[&str]) = match settings.splats {
@@ -226,7 +234,8 @@ impl LightPass<'_> {
             ..RenderPipelineDescriptor::new("splats", pyramid::program(source))
         });
         for level in 0..levels {
-            let color = clear(pyramid).map(|cleared| ColorAttachment { view: AttachmentView { texture: pyramid, level, layer: 0 }, ..cleared });
+            let color =
+                clear(pyramid).map(|cleared| ColorAttachment { view: AttachmentView { texture: pyramid, level, layer: 0 }, ..cleared });
             builder.frame.passes.push(Pass {
                 label: format!("splats {number} level {level}"),
                 color: vec![color],
@@ -284,8 +293,9 @@ impl LightPass<'_> {
         let textures = [builder.position, builder.normal, map.position, map.normal, texture].map(BindEntry::texture);
         let bindings = builder.frame.bind_group(std::iter::once(BindEntry::Uniform(map_view, 0)).chain(textures).collect());
         let (states, attachments) = additive(&[Some(targets.irradiance_sum(self.light))]);
-        let pipeline =
-            builder.frame.pipeline(RenderPipelineDescriptor { targets: states, ..RenderPipelineDescriptor::new("gather", gather::program()) });
+        let pipeline = builder
+            .frame
+            .pipeline(RenderPipelineDescriptor { targets: states, ..RenderPipelineDescriptor::new("gather", gather::program()) });
         builder.frame.passes.push(Pass {
             label: format!("gather {}", self.light.number),
             color: attachments,

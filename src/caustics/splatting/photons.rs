@@ -226,7 +226,8 @@ impl FragmentShader for Fragment {
         } else {
             flight.share
         };
-        let divergence = if light.position_ws.w == 0.0 { zero } else { one / (p - V3::splat(input.token, light.position_ws.truncate())).length() };
+        let divergence =
+            if light.position_ws.w == 0.0 { zero } else { one / (p - V3::splat(input.token, light.position_ws.truncate())).length() };
         let beam = beam_diameter(&flight.faces, mirror, divergence, landing.distance, self.options.thick);
         let beam = beam * width.sqrt();
 

@@ -11,7 +11,7 @@ use nephroid_pipeline::shader::{
 };
 use nephroid_pipeline::{BindingKind, Bindings};
 
-use super::splats::{Source, photon, splat_wgsl, sprite};
+use super::splats::{Source, clear_others, photon, splat_wgsl, sprite};
 use crate::passes::fullscreen::FullscreenVertex;
 
 /// Photons in a texel of the level that is taken: noise is gone from 16 on [WD06 §4.1].
@@ -46,6 +46,7 @@ impl VertexShader for Vertex {
         }
         output.set3(0, photon.flux);
         output.varyings[3] = photon.beam.like(1.0);
+        clear_others(&photon, 4, output);
     }
 }
 

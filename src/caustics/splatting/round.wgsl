@@ -12,6 +12,9 @@ struct Varyings {
 @vertex
 fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
     let photon = photon_of(vertex_index);
+    if !photon.landed {
+        return Varyings(sprite(photon), vec4<f32>(), vec4<f32>());
+    }
     var diameter = splats.shape.x;
     if by_beam {
         diameter = photon.beam * diameter;

@@ -16,7 +16,8 @@ use nephroid_pipeline::{BindingKind, Bindings};
 
 use super::settings::Blend;
 use super::splats::{
-    FALLOFF, LEAST_DIAMETER_TX, MOST_DIAMETER_TX, SPRITE_MARGIN_TX, Source, SplatsUniform, bell, photon, sampled_sum, splat_wgsl, sprite,
+    FALLOFF, LEAST_DIAMETER_TX, MOST_DIAMETER_TX, SPRITE_MARGIN_TX, Source, SplatsUniform, bell, clear_others, photon, sampled_sum,
+    splat_wgsl, sprite,
 };
 use crate::passes::fullscreen::FullscreenVertex;
 
@@ -94,6 +95,7 @@ impl VertexShader for Vertex {
         output.point_size = radius(3, distance) * 2.0 + SPRITE_MARGIN_TX;
         output.set3(8, photon.flux);
         output.varyings[11] = photon.flux.x + photon.flux.y + photon.flux.z;
+        clear_others(&photon, 12, output);
     }
 }
 
@@ -202,12 +204,8 @@ impl FragmentShader for Resolve {
         let first = texel4(input, bindings, 1);
         let (flux, brightness) = if self.colours {
             let (green, blue) = (texel4(input, bindings, 3), texel4(input, bindings, 4));
-            let sizes = [
-                v3(first.x, green.x, blue.x),
-                v3(first.y, green.y, blue.y),
-                v3(first.z, green.z, blue.z),
-                v3(first.w, green.w, blue.w),
-            ];
+            let sizes =
+                [v3(first.x, green.x, blue.x), v3(first.y, green.y, blue.y), v3(first.z, green.z, blue.z), v3(first.w, green.w, blue.w)];
             (sizes, first + green + blue)
         } else {
             let tint = v3(first.x.like(colour[0]), first.x.like(colour[1]), first.x.like(colour[2]));

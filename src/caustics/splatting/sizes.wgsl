@@ -20,6 +20,9 @@ fn falloffs(radius: vec4<f32>) -> vec4<f32> {
 @vertex
 fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
     let photon = photon_of(vertex_index);
+    if !photon.landed {
+        return Varyings(sprite(photon), vec4<f32>(), vec4<f32>(), vec4<f32>());
+    }
     let distance = splats.shape.z;
     var radius = radii(distance);
     var falloff = falloffs(radius);

@@ -137,7 +137,15 @@ pub(super) fn photon<L: Lanes>(source: Source, bindings: &Bindings<'_>, input: &
     let off = (position - there.xyz()).dot(normal).abs();
     let width_tx = map.area_at(position).sqrt();
     let landed = exists & there.w.equals(zero.like(1.0)) & off.le(width_tx * OFF_TX) & ray.dot(normal).lt(zero);
-    Photon { texel, position, normal, at: V2::select(landed, at, v2(zero, zero)), landed, flux: flux * zero.like(bindings.uniform::<SplatsUniform>(1).shape.w), beam: width / width_tx }
+    Photon {
+        texel,
+        position,
+        normal,
+        at: V2::select(landed, at, v2(zero, zero)),
+        landed,
+        flux: flux * zero.like(bindings.uniform::<SplatsUniform>(1).shape.w),
+        beam: width / width_tx,
+    }
 }
 
 /// Clip-space position of a splat; outside of the view volume for photons that lie on no receiver.
@@ -146,6 +154,16 @@ pub(super) fn sprite<L: Lanes>(bindings: &Bindings<'_>, photon: &Photon<L>) -> V
     let size = bindings.uniform::<TexelView>(0).size_tx;
     let depth = L::select(photon.landed, photon.beam.like(0.5), photon.beam.like(2.0));
     v4(photon.at.x * (2.0 * size.z) - 1.0, -(photon.at.y * (2.0 * size.w)) + 1.0, depth, depth.like(1.0))
+}
+
+/// Zeros in the first `count` varyings of photons that lie on no receiver, and a point of one pixel: what they have computed means nothing.
+#[inline(always)]
+pub(super) fn clear_others<L: Lanes>(photon: &Photon<L>, count: usize, output: &mut VertexOutput<L>) {
+    let zero = photon.beam.like(0.0);
+    for varying in &mut output.varyings[..count] {
+        *varying = L::select(photon.landed, *varying, zero);
+    }
+    output.point_size = L::select(photon.landed, output.point_size, zero.like(1.0));
 }
 
 /// Sum of a Gaussian over the texel centres within `radius` of `at` along an axis.
@@ -217,6 +235,7 @@ impl VertexShader for Vertex {
         output.varyings[3] = falloff;
         output.set3(4, photon.flux * share);
         output.varyings[7] = share;
+        clear_others(&photon, 8, output);
     }
 }
 

@@ -1,6 +1,7 @@
 // Photons as splats: the twin of `splats.rs`.
 
 const MOST_DIAMETER_TX: f32 = 63.0;
+const MOST_TEXELS: i32 = 64;
 const LEAST_DIAMETER_TX: f32 = 3.0;
 const SPRITE_MARGIN_TX: f32 = 0.04;
 const FALLOFF: f32 = 12.5;
@@ -53,7 +54,11 @@ fn bell(t: f32, radius: f32, falloff: f32) -> f32 {
 fn sampled_sum(at: f32, radius: f32, falloff: f32) -> f32 {
     let first = floor(at - radius) + 0.5;
     var sum = 0.0;
-    for (var centre = first; centre < at + radius; centre += 1.0) {
+    for (var k = 0; k <= MOST_TEXELS; k++) {
+        let centre = first + f32(k);
+        if !(centre < at + radius) {
+            break;
+        }
         sum += bell(centre - at, radius, falloff);
     }
     return sum;

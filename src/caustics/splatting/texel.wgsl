@@ -8,6 +8,9 @@ struct Varyings {
 @vertex
 fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
     let photon = photon_of(vertex_index);
+    if !photon.landed {
+        return Varyings(sprite(photon), vec4<f32>());
+    }
     return Varyings(sprite(photon), vec4<f32>(photon.flux, 1.0));
 }
 

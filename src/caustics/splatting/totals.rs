@@ -43,7 +43,11 @@ impl Totals {
         let mut audit = Vec::new();
         if let Some(exact) = &self.exact {
             let count = |name: &str, count| (name.to_owned(), count);
-            counters.extend([count("photon_rays_arrived", exact.rays), count(LANDED, exact.photons), count("photons_beyond_the_map", exact.beyond)]);
+            counters.extend([
+                count("photon_rays_arrived", exact.rays),
+                count(LANDED, exact.photons),
+                count("photons_beyond_the_map", exact.beyond),
+            ]);
             audit.extend([(ARRIVED.to_owned(), exact.arrived_w), (LANDED.to_owned(), exact.landed_w)]);
         }
         (counters, audit)
@@ -64,4 +68,3 @@ pub(super) const FATES: &[(u32, &str)] = &[
     (Fate::Missed as u32, "photons_missed"),
     (Fate::NotFound as u32, "photons_not_found"),
 ];
-
