@@ -169,15 +169,12 @@ fn absorption_darkens_by_the_length_of_the_way() {
 
 #[test]
 fn light_lands_behind_glass_but_not_on_it() {
-    let scene = {
-        let mut scene = support::scene_of_size("ball.ron", SIZE);
-        // A sample per pixel: a mean would have a share of the table along the outline.
-        scene.techniques.edit::<CausticVolumes>().samples = 1;
-        scene.techniques.edit::<LightVolumes>().samples = 1;
-        scene.techniques.edit::<LightVolumes>().shadow_map_size = 512;
-        scene
-    };
+    let mut scene = support::scene_of_size("ball.ron", SIZE);
     for technique in TECHNIQUES.iter() {
+        // A sample per pixel: a mean would have a share of the table along the outline.
+        let key = |name: &str| format!("{}.{name}", technique.settings().key());
+        scene.set(&key("samples"), "1").expect("every technique has samples");
+        scene.set(&key("shadow_map_size"), "512").expect("every technique has shadow maps");
         let layers = render(&scene, technique.name());
         let (direct, caustic) = (layer(&layers, "direct"), layer(&layers, "caustic_irradiance"));
         let position = layer(&layers, "position");

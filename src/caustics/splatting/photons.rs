@@ -278,10 +278,11 @@ impl Fragment {
         let numbers: &PhotonsUniform = bindings.uniform(3);
         let (position, normal) = (bindings.texture(8), bindings.texture(9));
         let zero = x.like(0.0);
-        // Thickness along the light [Wyman 2005, d_V]. An open sheet is its own back.
-        let straight = load(position, x, y, 0, 0).xyz() - p;
+        // Thickness along the light [Wyman 2005, d_V]. An open sheet has no back, or is its own.
+        let there: V4<L> = load(position, x, y, 0, 0);
+        let straight = there.xyz() - p;
         let first = straight.length();
-        let exists = straight.dot(d).gt(zero);
+        let exists = there.w.gt(zero) & straight.dot(d).gt(zero);
         let mut thickness = first;
         let steps = numbers.box_max.w as u32;
         if steps > 0 {

@@ -98,8 +98,9 @@ fn curvature_from_normals(positions: texture_2d<f32>, normals: texture_2d<f32>, 
 }
 
 fn exit_of(texel: vec2<f32>, p: vec3<f32>, d: vec3<f32>, inside: vec3<f32>) -> Exit {
-    let straight = texel_or_zero(back_positions, texel).xyz - p;
-    let exists = dot(straight, d) > 0.0;
+    let there = texel_or_zero(back_positions, texel);
+    let straight = there.xyz - p;
+    let exists = there.w > 0.0 && dot(straight, d) > 0.0;
     var thickness = length(straight);
     let steps = i32(numbers.box_max.w);
     if steps > 0 {
