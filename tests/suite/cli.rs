@@ -69,6 +69,14 @@ fn usage_errors_exit_with_2() {
 }
 
 #[test]
+fn tables_with_models_name_the_one_that_is_missing() {
+    let message = refusal(&["tables", "--paper", "splatting", "--models", "nowhere"]);
+    assert!(message.starts_with("a model cannot be read: nowhere/dragon_250k.ply: "), "{message}");
+    let message = refusal(&["tables", "--paper", "light-volumes", "--models", "."]);
+    assert!(message.ends_with("add --paper splatting"), "{message}");
+}
+
+#[test]
 fn contradictions_are_refused_before_anything_is_read() {
     for (arguments, expected) in [
         (&["render", "absent.ron", "-o", "a.gif"][..], "cannot tell from its name what to write to a.gif; a file ends in .png or .exr"),

@@ -21,6 +21,9 @@ const MESHES: [u32; 3] = [120, 160, 200];
 /// Width and height of the pictures.
 const SIZE: (u32, u32) = (1024, 768);
 
+/// Prefix of the passes that draw beams.
+const PASSES: &str = "light_volumes";
+
 /// Frames per second, by mesh.
 type Rates = [f64; 3];
 
@@ -105,7 +108,7 @@ pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
         for (m, mesh) in MESHES.into_iter().enumerate() {
             for (w, way) in WAYS.iter().enumerate() {
                 progress.step(format!("{}, {mesh}x{mesh}, {}", view.scene, way.name));
-                let cell = measure(&prepared(scene, mesh, way), "light-volumes", low.frames, "light_volumes")?;
+                let cell = measure(&prepared(scene, mesh, way), "light-volumes", low.frames)?;
                 all.push(Measured { scene: view.scene, mesh, way: way.name, paper_fps: view.frames[w][m], cell });
                 progress.done();
             }
@@ -165,7 +168,8 @@ fn culling_table(all: &[Measured]) -> String {
         for (m, mesh) in MESHES.iter().enumerate() {
             let [reference, hierarchical, ..] = ways(all, v, m) else { continue };
             let culled = [reference, hierarchical].map(|measured| measured.cell.building("culling"));
-            let without = [reference, hierarchical].map(|Measured { cell, .. }| cell.frame_s - cell.passes_s - cell.building("draws"));
+            let without =
+                [reference, hierarchical].map(|Measured { cell, .. }| cell.frame_s - cell.passes_s(PASSES) - cell.building("draws"));
             let _ = writeln!(
                 text,
                 "| {} | {mesh}² | {} | {} | {:.2} → {:.2} ms | {} | {:.0} → {:.0} fps |",
@@ -252,7 +256,7 @@ fn work_table(all: &[Measured]) -> String {
                     count("beam_draws"),
                     count("beam_tests") + count("node_tests"),
                     count("shadow_queries"),
-                    cell.fragments,
+                    cell.fragments(PASSES),
                 );
             }
         }

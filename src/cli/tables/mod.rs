@@ -2,9 +2,11 @@
 
 mod light_volumes;
 mod measure;
+mod splatting;
 
 use std::path::PathBuf;
 
+use anyhow::ensure;
 use clap::{ValueEnum, ValueHint};
 
 use crate::caustics::Techniques;
@@ -21,6 +23,10 @@ pub struct LowArgs {
     #[arg(long, value_name = "FOLDER", default_value = "scenes", value_hint = ValueHint::DirPath)]
     scenes: PathBuf,
 
+    /// The folder with the meshes of `splatting`'s paper; without it, procedural ones of about as many triangles
+    #[arg(long, value_name = "FOLDER", value_hint = ValueHint::DirPath)]
+    models: Option<PathBuf>,
+
     /// Frames of which the median is taken
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     frames: u32,
@@ -31,19 +37,23 @@ pub struct LowArgs {
 }
 
 /// Papers with tables that can be measured.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Paper {
     /// Barczak & Olano: table 1, culling and clamping, and table 2, whole frames
     LightVolumes,
+    /// Wyman & Dachsbacher: table 1, whole frames
+    Splatting,
 }
 
 /// Measures and prints the tables.
 ///
 /// # Errors
-/// If a scene cannot be loaded or rendered, or stdout cannot be written to.
+/// If a scene or a model cannot be loaded or rendered, or stdout cannot be written to.
 pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
+    ensure!(low.models.is_none() || low.paper == Paper::Splatting, "--models names the meshes of another paper; add --paper splatting");
     interrupt::install()?;
     match low.paper {
         Paper::LightVolumes => light_volumes::run(low, techniques),
+        Paper::Splatting => splatting::run(low, techniques),
     }
 }
