@@ -5,8 +5,11 @@ use nephroid_pipeline::frame::FrameOutput;
 
 use super::Tally;
 
+/// Values with names.
+pub(crate) type Named<T> = Vec<(String, T)>;
+
 /// Counters and audit entries of all tallies: equal names are added up, in the order of their first appearance.
-pub(super) fn count(tallies: &[Tally], output: &FrameOutput<'_>) -> (Vec<(String, u64)>, Vec<(String, f64)>) {
+pub(super) fn count(tallies: &[Tally], output: &FrameOutput<'_>) -> (Named<u64>, Named<f64>) {
     let (mut counters, mut audit) = (Vec::new(), Vec::new());
     for tally in tallies {
         let sums = sums(output.texture(tally.fates), output.texture(tally.values), tally.names);
@@ -43,7 +46,7 @@ fn sums(fates: &Texture, values: &Texture, names: &[(u32, &str)]) -> Vec<Sum> {
     sums
 }
 
-fn add<T: std::ops::AddAssign>(entries: &mut Vec<(String, T)>, name: &str, value: T) {
+fn add<T: std::ops::AddAssign>(entries: &mut Named<T>, name: &str, value: T) {
     match entries.iter_mut().find(|(known, _)| known == name) {
         Some((_, sum)) => *sum += value,
         None => entries.push((name.to_owned(), value)),

@@ -164,6 +164,7 @@ impl VertexShader for Vertex {
         let photon = photon(self.source, bindings, input);
         output.position = sprite(bindings, &photon);
         if !photon.landed.any() {
+            clear_others(&photon, 12, output);
             return;
         }
         let (zero, one) = (photon.beam.like(0.0), photon.beam.like(1.0));

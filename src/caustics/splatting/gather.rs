@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use nephroid_math::lanes::Lanes;
+use nephroid_math::lanes::{Lanes, Mask};
 use nephroid_math::vector::{V3, V4, v3, v4};
 use nephroid_pipeline::sampler::load;
 use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Program};
@@ -62,21 +62,32 @@ impl FragmentShader for Fragment {
         let off = area.sqrt() * OFF_TX;
         let (x, y) = ((at.x - 0.5).floor(), (at.y - 0.5).floor());
         let (right, down) = (at.x - 0.5 - x, at.y - 0.5 - y);
-        let mut sum = v4(zero, zero, zero, zero);
-        let mut weights = zero;
-        for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+        let mut taps = [(v4(zero, zero, zero, zero), x, y, zero); 4];
+        let mut light = zero;
+        for (tap, (dx, dy)) in taps.iter_mut().zip([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]) {
             let weight = if dx > 0.0 { right } else { one - right } * if dy > 0.0 { down } else { one - down };
-            let there: V4<L> = load(bindings.texture(3), x + dx, y + dy, 0, 0);
-            let normal = load(bindings.texture(4), x + dx, y + dy, 0, 0).xyz();
+            *tap = (load(bindings.texture(5), x + dx, y + dy, 0, 0), x + dx, y + dy, weight);
+            light = light + tap.0.x + tap.0.y + tap.0.z;
+        }
+        // Most of a picture is dark: where all of a block is, the receivers are not asked for.
+        output.color[0] = v4(zero, zero, zero, zero);
+        let may_be_lit = diffuse & cos.gt(zero) & !light.le(zero);
+        if !may_be_lit.any() {
+            return;
+        }
+        let mut sum = v3(zero, zero, zero);
+        let mut weights = zero;
+        for (flux, x, y, weight) in taps {
+            let there: V4<L> = load(bindings.texture(3), x, y, 0, 0);
+            let normal = load(bindings.texture(4), x, y, 0, 0).xyz();
             let same = there.w.gt(zero) & (p - there.xyz()).dot(normal).abs().le(off);
             let weight = L::select(same, weight, zero);
-            sum = sum + load(bindings.texture(5), x + dx, y + dy, 0, 0) * weight;
+            sum = sum + flux.xyz() * weight;
             weights = weights + weight;
         }
-        let lit = diffuse & cos.gt(zero) & weights.gt(zero);
+        let lit = may_be_lit & weights.gt(zero);
         let scale = L::select(lit, cos / (area * weights), zero);
-        let irradiance = V3::select(lit, sum.xyz() * scale, v3(zero, zero, zero));
-        output.keep = lit;
+        let irradiance = V3::select(lit, sum * scale, v3(zero, zero, zero));
         output.color[0] = v4(irradiance.x, irradiance.y, irradiance.z, zero);
     }
 }

@@ -38,7 +38,7 @@ fn fs(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
         }
     }
     if !(here.w == 1.0 && cosine > 0.0 && weights > 0.0) {
-        discard;
+        return vec4<f32>();
     }
     return vec4<f32>(sum * (cosine / (area * weights)), 0.0);
 }

@@ -42,6 +42,7 @@ impl VertexShader for Vertex {
         let photon = photon(self.source, bindings, input);
         output.position = sprite(bindings, &photon);
         if !photon.landed.any() {
+            clear_others(&photon, 4, output);
             return;
         }
         output.set3(0, photon.flux);

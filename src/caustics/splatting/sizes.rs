@@ -76,6 +76,7 @@ impl VertexShader for Vertex {
         let photon = photon(self.source, bindings, input);
         output.position = sprite(bindings, &photon);
         if !photon.landed.any() {
+            clear_others(&photon, 12, output);
             return;
         }
         let distance = photon.beam.like(bindings.uniform::<SplatsUniform>(1).shape.z);

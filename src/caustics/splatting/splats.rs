@@ -12,7 +12,7 @@ use glam::Vec4;
 
 use nephroid_math::float::exp;
 use nephroid_math::lanes::{Lanes, Mask};
-use nephroid_math::vector::{V2, V3, V4, v2, v4};
+use nephroid_math::vector::{V2, V3, V4, v2, v3, v4};
 use nephroid_pipeline::sampler::load;
 use nephroid_pipeline::shader::{
     Axis, Interpolation, Program, Separable, SeparableShader, Varying, VertexInput, VertexOutput, VertexShader,
@@ -118,9 +118,15 @@ pub(super) fn photon<L: Lanes>(source: Source, bindings: &Bindings<'_>, input: &
             let columns = bindings.uniform::<SplatsUniform>(1).shape.y as u32;
             let texel = v2(input.per_vertex(|i| (i % columns) as f32), input.per_vertex(|i| (i / columns) as f32));
             let position: V4<L> = load(bindings.texture(4), texel.x, texel.y, 0, 0);
+            let exists = position.w.equals(zero.like(Fate::Landed as u8 as f32));
+            if !exists.any() {
+                // Most texels have no photon: nothing more is read for sixteen of them.
+                let none = v3(zero, zero, zero);
+                return Photon { texel, position: none, normal: none, at: v2(zero, zero), landed: exists, flux: none, beam: zero };
+            }
             let ray = load(bindings.texture(5), texel.x, texel.y, 0, 0);
             let flux = load(bindings.texture(6), texel.x, texel.y, 0, 0).xyz();
-            (texel, position.xyz(), ray.xyz(), flux, ray.w, position.w.equals(zero.like(Fate::Landed as u8 as f32)))
+            (texel, position.xyz(), ray.xyz(), flux, ray.w, exists)
         }
         Source::Records => {
             let records: &[PhotonRecord] = bindings.storage(4);
@@ -216,6 +222,7 @@ impl VertexShader for Vertex {
         let photon = photon(self.source, bindings, input);
         output.position = sprite(bindings, &photon);
         if !photon.landed.any() {
+            clear_others(&photon, 8, output);
             return;
         }
         let wanted = photon.beam.like(bindings.uniform::<SplatsUniform>(1).shape.x);

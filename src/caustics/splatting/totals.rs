@@ -1,6 +1,7 @@
 //! Counters and audit of a frame.
 
 use super::photons::Fate;
+use crate::tally::Named;
 
 /// What is counted while the frame is built.
 #[derive(Default)]
@@ -32,7 +33,7 @@ pub(super) struct ExactTotals {
 }
 
 impl Totals {
-    pub fn named(&self, triangles: u64) -> (Vec<(String, u64)>, Vec<(String, f64)>) {
+    pub fn named(&self, triangles: u64) -> (Named<u64>, Named<f64>) {
         let mut counters = vec![
             ("receiver_triangles".to_owned(), triangles),
             ("photon_rays".to_owned(), self.rays),

@@ -139,7 +139,7 @@ fn water_pilots(surfaces: &Surfaces, light: &Light, water: &Water, field: &Heigh
 /// The box around all pilots but the last [`TAIL`] of the light on each side, widened.
 fn box_of(pilots: Vec<Pilot>) -> Aabb {
     let total: f64 = pilots.iter().map(|(_, light)| light).sum();
-    if !(total > 0.0) {
+    if total.is_nan() || total <= 0.0 {
         return Aabb::EMPTY;
     }
     let (mut min, mut max) = (Vec3::ZERO, Vec3::ZERO);
