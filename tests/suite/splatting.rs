@@ -78,7 +78,8 @@ fn equal_indices_leave_one_evenly_lit_floor() {
         let pairs = layer("caustic_irradiance", 0).into_iter().zip(layer("direct", 0)).zip(on_floor);
         pairs.filter(|(_, floor)| *floor).map(|(pair, _)| pair).collect::<Vec<_>>()
     };
-    let expected = 60.0_f32.to_radians().sin();
+    // The sine of 60 degrees.
+    let expected = 0.75_f32.sqrt();
     for splats in [Splats::Differential, Splats::Lens, Splats::Fixed] {
         settings(&mut scene).splats = splats;
         let pixels = whole(&scene);
@@ -268,20 +269,20 @@ fn image_space_finds_what_the_triangles_say() {
 fn every_choice_is_drawn_and_counts_its_photons() {
     let mut scene = scene("ball.ron", (40, 24));
     (settings(&mut scene).photons, settings(&mut scene).map_size) = (64, 128);
-    let base = settings(&mut scene).clone();
+    let base = *settings(&mut scene);
     let changes: Vec<Splatting> = vec![
-        base.clone(),
-        Splatting { splats: Splats::Lens, lens: Lens::Thin, ..base.clone() },
-        Splatting { splats: Splats::Lens, curvature: CurvatureFrom::Normals, ..base.clone() },
-        Splatting { splats: Splats::Sizes, blend: Blend::Linear, ..base.clone() },
-        Splatting { splats: Splats::Pyramid, ..base.clone() },
-        Splatting { views: Views::Scene, photons: 512, map_size: 512, ..base.clone() },
-        Splatting { smooth_exits: false, exit_steps: 0, ..base.clone() },
+        base,
+        Splatting { splats: Splats::Lens, lens: Lens::Thin, ..base },
+        Splatting { splats: Splats::Lens, curvature: CurvatureFrom::Normals, ..base },
+        Splatting { splats: Splats::Sizes, blend: Blend::Linear, ..base },
+        Splatting { splats: Splats::Pyramid, ..base },
+        Splatting { views: Views::Scene, photons: 512, map_size: 512, ..base },
+        Splatting { smooth_exits: false, exit_steps: 0, ..base },
         Splatting { intersection: Intersection::Exact, gather: Gather::Eye, ..base },
     ];
     let mut pictures = Vec::new();
     for with in changes {
-        *settings(&mut scene) = with.clone();
+        *settings(&mut scene) = with;
         let rendered = render(&scene, &["caustic_irradiance"]);
         let pixels = rendered.layers.get("caustic_irradiance").expect("asked for").planes()[0].pixels().to_vec();
         assert!(pixels.iter().all(|e| e.is_finite()) && pixels.iter().any(|e| *e > 100.0), "{with:?}");

@@ -294,7 +294,9 @@ mod tests {
                     let p = world_from_clip.project_point3(ndc);
                     let p = v3(p.x, p.y, p.z);
                     let (across, at) = (texels.area_at(p), texels.texel_at(p));
-                    assert!((at.x - x as f32 - 0.5).abs().max((at.y - y as f32 - 0.5).abs()) < 0.01, "{light:?}: {x} {y} {at:?}");
+                    // Rows count downwards, heights upwards.
+                    let row = (size.1 - 1 - y) as f32;
+                    assert!((at.x - x as f32 - 0.5).abs().max((at.y - row - 0.5).abs()) < 0.01, "{light:?}: {x} {y} {at:?}");
                     let to = Vec3::new(p.x, p.y, p.z) - fitted.view.position_ws.truncate();
                     let squared = if fitted.is_point() { to.length_squared() } else { 1.0 };
                     sum += f64::from(across / squared);
