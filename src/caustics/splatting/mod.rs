@@ -49,7 +49,7 @@ mod views;
 pub use error::SplattingError;
 pub use settings::{Blend, CurvatureFrom, Gather, Intersection, Lens, Search, Splats, Splatting, Views};
 
-use nephroid_image::metrics::bounds::{ACCUMULATED, CHAINED, CHAINED_SEARCHED, PassBounds, SEARCHED, SHADED, VERTEX};
+use nephroid_image::metrics::bounds::{ACCUMULATED, Bound, CHAINED, CHAINED_SEARCHED, PassBounds, SEARCHED, SHADED, VERTEX};
 use nephroid_pipeline::Device;
 use nephroid_scene::water::{HeightField, WaterSim};
 use nephroid_scene::{Group, Scene, Settings};
@@ -62,6 +62,10 @@ use exact::PhotonRecord;
 use frame::{Moment, Shared};
 use photons::PhotonsUniform;
 use splats::SplatsUniform;
+
+/// Vertices that hold differences of nearly equal numbers: a part of a Jacobian that cancels to zero has no exact places, and its error is relative to
+/// those of other photons. What is drawn with the driver's own vertices has the usual bounds.
+const DIFFERENCED: Bound = Bound::new("differenced-vertex", 1.0e-4, 150_000.0, 150_000.0);
 
 /// The technique, as a row of the table.
 pub const TECHNIQUE: &dyn Technique = &SplattingTechnique;
@@ -87,7 +91,7 @@ impl Technique for SplattingTechnique {
     fn bounds(&self) -> &'static [PassBounds] {
         &[
             PassBounds { pass: "photons", vertices: VERTEX, textures: &[("", SEARCHED, CHAINED_SEARCHED)] },
-            PassBounds { pass: "splats", vertices: SHADED, textures: &[("", ACCUMULATED, CHAINED)] },
+            PassBounds { pass: "splats", vertices: DIFFERENCED, textures: &[("", ACCUMULATED, CHAINED)] },
             PassBounds { pass: "resolve", vertices: VERTEX, textures: &[("", SHADED, CHAINED)] },
             PassBounds { pass: "gather", vertices: VERTEX, textures: &[("", SHADED, CHAINED)] },
         ]
