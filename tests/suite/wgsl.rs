@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nephroid::caustics::caustic_volumes::shaders::VolumeUniform;
+use nephroid::caustics::splatting::{pyramid, splats::Source};
 use nephroid::caustics::{Layout, RenderOptions, Renderer, layout};
 use nephroid::pipeline::BindingKind;
 use nephroid::pipeline::shader::Program;
@@ -10,9 +11,10 @@ use nephroid::pipeline::shader::Program;
 use crate::support::{self, scene_of_size, shared_passes, techniques, with_coarse_parts};
 
 /// Every program of every frame, in every variant of every technique; together the scenes have everything that a program is made for; and of the
-/// passes that no technique draws yet.
+/// passes that no technique draws yet, or none in a variant.
 fn programs() -> Vec<Arc<Program>> {
-    let mut programs: Vec<Arc<Program>> = vec![nephroid::passes::in_scattering::program()];
+    let mut programs: Vec<Arc<Program>> = vec![nephroid::passes::in_scattering::program(), pyramid::pick()];
+    programs.extend([Source::Textures, Source::Records].map(pyramid::program));
     for name in ["pool.ron", "pots.ron", "columns.ron", "analytic/flat_water.ron", "analytic/sine_water.ron", "ball.ron"] {
         for (technique, variant) in support::variants() {
             let mut scene = with_coarse_parts(scene_of_size(name, (16, 16)));

@@ -105,13 +105,11 @@ impl Technique for SplattingTechnique {
     }
     fn variants(&self) -> Vec<Variant> {
         let sizes = Splatting { splats: Splats::Sizes, ..Splatting::default() };
-        let pyramid = Splatting { splats: Splats::Pyramid, ..Splatting::default() };
         let exact = Splatting { intersection: Intersection::Exact, ..Splatting::default() };
         vec![
             Variant { name: "", settings: None },
             Variant { name: "paper", settings: Some(self.settings().paper()) },
             Variant { name: "sizes", settings: Some(sizes.boxed()) },
-            Variant { name: "pyramid", settings: Some(pyramid.boxed()) },
             Variant { name: "exact", settings: Some(exact.boxed()) },
         ]
     }
