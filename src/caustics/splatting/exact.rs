@@ -56,7 +56,8 @@ struct Ends {
     arrivals: Vec<Arrival>,
 }
 
-/// Follows the light of each texel of a view to receivers in `reached`. `lossless`: only paths that image space can follow, without losses but those of mirrors.
+/// Follows the light of each texel of a view to receivers in `reached`. `lossless`: only paths that image space can follow, without losses but those of
+/// mirrors.
 pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, reached: Aabb, lossless: bool) -> ExactPhotons {
     let (columns, rows) = (view.size_tx.x as u32, view.size_tx.y as u32);
     let world_from_clip = view.view.clip_from_world.inverse();

@@ -65,7 +65,7 @@ impl FragmentShader for Fragment {
         let mut taps = [(v4(zero, zero, zero, zero), x, y, zero); 4];
         let mut light = zero;
         for (tap, (dx, dy)) in taps.iter_mut().zip([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]) {
-            let weight = if dx > 0.0 { right } else { one - right } * if dy > 0.0 { down } else { one - down };
+            let weight = (if dx > 0.0 { right } else { one - right }) * (if dy > 0.0 { down } else { one - down });
             *tap = (load(bindings.texture(5), x + dx, y + dy, 0, 0), x + dx, y + dy, weight);
             light = light + tap.0.x + tap.0.y + tap.0.z;
         }

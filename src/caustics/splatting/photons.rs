@@ -340,7 +340,7 @@ impl Fragment {
         let mut p = v4(zero, zero, zero, zero);
         let mut n = v3(zero, zero, zero);
         for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
-            let weight = if dx > 0.0 { right } else { one - right } * if dy > 0.0 { down } else { one - down };
+            let weight = (if dx > 0.0 { right } else { one - right }) * (if dy > 0.0 { down } else { one - down });
             let texel: V4<L> = load(position, x + dx, y + dy, 0, 0);
             p = p + texel * (weight * texel.w);
             n = n + load(normal, x + dx, y + dy, 0, 0).xyz() * (weight * texel.w);

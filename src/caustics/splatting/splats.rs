@@ -42,8 +42,8 @@ pub const FALLOFF: f32 = 12.5;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SplatsUniform {
-    /// x: diameter, in texels where it is fixed, else in diameters of the photon's beam. y: columns of photons in textures. z: distance between photons of light
-    /// that is neither gathered nor spread, in texels. w: share of the map that these photons make.
+    /// x: diameter, in texels where it is fixed, else in diameters of the photon's beam. y: columns of photons in textures. z: distance between photons
+    /// of light that is neither gathered nor spread, in texels. w: share of the map that these photons make.
     pub shape: Vec4,
 }
 

@@ -1,7 +1,7 @@
 //! Table 1 of Wyman & Dachsbacher: five scenes, two numbers of photons, three methods; and a fourth method, which the paper does not have.
 //!
-//! Nothing moves, but all that depends on the light is drawn again for each frame, as if it moved. The paper's picture refracts the eye's rays in the
-//! glass, ours does not.
+//! Nothing moves, but all that depends on the light is drawn again for each frame, as if it moved. The eye sees the receivers through the glass, as in the
+//! paper.
 
 mod report;
 mod scenes;
