@@ -324,6 +324,22 @@ fn a_light_without_a_view_is_refused_and_a_scene_without_glass_is_dark() {
     }
 }
 
+/// Rays that leave the scene have no length, but their light is a number: all fates together have what the surface lets through.
+#[test]
+fn light_that_leaves_the_scene_is_counted_in_watts() {
+    let mut scene = scene("analytic/sine_water.ron", (16, 16));
+    (settings(&mut scene).photons, settings(&mut scene).map_size) = (64, 128);
+    // The water has two rows of vertices, both beside the ramp.
+    let rendered = render(&scene, &["caustic_irradiance"]);
+    assert_eq!(counter(&rendered, "lights_without_caustics"), 0);
+    let arrived = audit(&rendered, "photons_arrived");
+    let fates = rendered.audit.iter().filter(|(name, _)| name.starts_with("photons_") && name != "photons_arrived");
+    let sum: f64 = fates.map(|(_, light)| light).sum();
+    assert!(counter(&rendered, "photons_missed") + counter(&rendered, "photons_not_found") > 0, "{:?}", rendered.counters);
+    // Clear water, light from above: Fresnel's law lets some 98 % through.
+    assert!((0.97..0.99).contains(&(sum / arrived)), "{sum} of {arrived}, {:?}", rendered.audit);
+}
+
 /// A sheet of glass has no back face: light that meets it is counted, not guessed.
 #[test]
 fn open_glass_is_counted() {

@@ -53,6 +53,7 @@ pub fn program() -> Arc<Program> {
             include_str!("fullscreen.wgsl"),
             include_str!("camera.wgsl"),
             include_str!("environment.wgsl"),
+            include_str!("texel_or_zero.wgsl"),
             include_str!("receiver_search.wgsl"),
             include_str!("glass_body.wgsl"),
             include_str!("glass.wgsl")

@@ -29,15 +29,6 @@ struct Meeting {
     height: f32,
 }
 
-// Texel at whole coordinates, zeros outside.
-fn texel_or_zero(source: texture_2d<f32>, at: vec2<f32>) -> vec4<f32> {
-    let size = vec2<f32>(textureDimensions(source));
-    if !(at.x >= 0.0 && at.y >= 0.0 && at.x < size.x && at.y < size.y) {
-        return vec4<f32>(0.0);
-    }
-    return textureLoad(source, vec2<i32>(at), 0);
-}
-
 // Width of a pixel at this clip-space w, m.
 fn pixel_m(camera: CameraUniform, clip_w: f32) -> f32 {
     let m = camera.clip_from_world;

@@ -114,6 +114,7 @@ pub fn program(options: Options) -> Arc<Program> {
             include_str!("../passes/fullscreen.wgsl"),
             include_str!("../passes/shadow_map.wgsl"),
             include_str!("../passes/light_view.wgsl"),
+            include_str!("../passes/texel_or_zero.wgsl"),
             include_str!("receiver_search.wgsl"),
             include_str!("lens.wgsl"),
             include_str!("photons.wgsl")
@@ -222,7 +223,9 @@ impl FragmentShader for Fragment {
         let share = if self.options.lossless {
             V3::select(mirror, colour, v3(one, one, one))
         } else if self.options.water {
-            flight.share.hadamard(beer_lambert_rgb(numbers.sigma_t.truncate(), Lanes::max(landing.distance, zero)))
+            // A ray that ends nowhere has no length: its light is counted as it left the surface.
+            let length_m = L::select(landing.landed, Lanes::max(landing.distance, zero), zero);
+            flight.share.hadamard(beer_lambert_rgb(numbers.sigma_t.truncate(), length_m))
         } else {
             flight.share
         };

@@ -194,7 +194,7 @@ fn fs(@builtin(position) pixel: vec4<f32>) -> Targets {
     if lossless {
         share = select(vec3<f32>(1.0), colour, mirror);
     } else if water {
-        share *= beer_lambert_rgb(numbers.sigma_t.rgb, max(landing.distance, 0.0));
+        share *= beer_lambert_rgb(numbers.sigma_t.rgb, select(0.0, max(landing.distance, 0.0), landing.landed));
     }
     var divergence = 0.0;
     if light.position_ws.w != 0.0 {

@@ -19,14 +19,6 @@ struct Candidate {
     holds: bool,
 }
 
-fn texel_or_zero(source: texture_2d<f32>, at: vec2<f32>) -> vec4<f32> {
-    let size = vec2<f32>(textureDimensions(source));
-    if !(at.x >= 0.0 && at.y >= 0.0 && at.x < size.x && at.y < size.y) {
-        return vec4<f32>();
-    }
-    return textureLoad(source, vec2<i32>(at), 0);
-}
-
 fn receiver_at(p_ws: vec3<f32>) -> vec4<f32> {
     return texel_or_zero(receiver_positions, texel_at(map, p_ws));
 }

@@ -75,12 +75,14 @@ macro_rules! splat_wgsl {
         match $source {
             $crate::splatting::splats::Source::Textures => concat!(
                 include_str!("../passes/light_view.wgsl"),
+                include_str!("../passes/texel_or_zero.wgsl"),
                 include_str!("splats.wgsl"),
                 include_str!("photon_textures.wgsl"),
                 $(include_str!($own)),+
             ),
             $crate::splatting::splats::Source::Records => concat!(
                 include_str!("../passes/light_view.wgsl"),
+                include_str!("../passes/texel_or_zero.wgsl"),
                 include_str!("splats.wgsl"),
                 include_str!("photon_records.wgsl"),
                 $(include_str!($own)),+

@@ -29,13 +29,8 @@ struct Photon {
 // A photon; `ray` has the diameter of its beam in w.
 fn photon_at(texel: vec2<i32>, position: vec3<f32>, ray: vec4<f32>, flux: vec3<f32>, exists: bool) -> Photon {
     let at = texel_at(map, position);
-    let size = vec2<f32>(textureDimensions(receiver_positions));
-    var there = vec4<f32>();
-    var normal = vec3<f32>();
-    if at.x >= 0.0 && at.y >= 0.0 && at.x < size.x && at.y < size.y {
-        there = textureLoad(receiver_positions, vec2<i32>(at), 0);
-        normal = textureLoad(receiver_normals, vec2<i32>(at), 0).xyz;
-    }
+    let there = texel_or_zero(receiver_positions, at);
+    let normal = texel_or_zero(receiver_normals, at).xyz;
     let width_tx = sqrt(area_at(map, position));
     let near = abs(dot(position - there.xyz, normal)) <= width_tx * SPLAT_OFF_TX;
     let landed = exists && there.w == 1.0 && near && dot(ray.xyz, normal) < 0.0;

@@ -120,20 +120,33 @@ fn pilots(surfaces: &Surfaces, view: &FittedView, all_paths: bool) -> Vec<Pilot>
     (0..PILOTS).into_par_iter().map(|y| row(y).collect::<Vec<_>>()).collect::<Vec<_>>().concat()
 }
 
-/// Where light lands that passes vertices of the water's surface.
+/// Where light lands that passes the water's surface, at places that do not depend on its mesh: one of two rows would have none between its edges.
 fn water_pilots(surfaces: &Surfaces, light: &Light, water: &Water, field: &HeightField) -> Vec<Pilot> {
-    let step = (field.normals_ws.len() / (PILOTS * PILOTS) as usize).max(1);
-    let positions = field.positions_ws();
-    (0..positions.len())
-        .step_by(step)
-        .filter_map(|i| {
-            let (p, n, d) = (positions[i], field.normals_ws[i], light.incident(positions[i]).direction_ws);
+    let place = |i: u32, vertices: u32| (i as f32 + 0.5) / PILOTS as f32 * (vertices - 1) as f32;
+    let row = |y: u32| {
+        (0..PILOTS).filter_map(move |x| {
+            let (p, n) = interpolated(field, place(x, field.columns), place(y, field.rows));
+            let d = light.incident(p).direction_ws;
             let (ray, enters) = refract(v3(d.x, d.y, d.z), v3(n.x, n.y, n.z), 1.0 / water.ior);
             let across = f64::from(-d.dot(n));
             (enters && across > 0.0).then_some(())?;
             Some((surfaces.receiver(p, Vec3::new(ray.x, ray.y, ray.z))?, across))
         })
-        .collect()
+    };
+    (0..PILOTS).into_par_iter().map(|y| row(y).collect::<Vec<_>>()).collect::<Vec<_>>().concat()
+}
+
+/// Position and unit normal at a column and row of vertices, or between them.
+fn interpolated(field: &HeightField, column: f32, row: f32) -> (Vec3, Vec3) {
+    let (left, above) = ((column as u32).min(field.columns - 2), (row as u32).min(field.rows - 2));
+    let (right, down) = (column - left as f32, row - above as f32);
+    let (mut p, mut n) = (Vec3::ZERO, Vec3::ZERO);
+    for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+        let share = (if dx == 1 { right } else { 1.0 - right }) * (if dy == 1 { down } else { 1.0 - down });
+        p += field.position_ws(left + dx, above + dy) * share;
+        n += field.normals_ws[field.index(left + dx, above + dy)] * share;
+    }
+    (p, n.normalize())
 }
 
 /// The box around all pilots but the last [`TAIL`] of the light on each side, widened.
