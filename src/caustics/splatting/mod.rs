@@ -49,7 +49,9 @@ mod views;
 pub use error::SplattingError;
 pub use settings::{Blend, CurvatureFrom, Gather, Intersection, Lens, Search, Splats, Splatting, Views};
 
-use nephroid_image::metrics::bounds::{ACCUMULATED, Bound, CHAINED, CHAINED_SEARCHED, PassBounds, SEARCHED, SHADED, VERTEX};
+use nephroid_image::metrics::bounds::{
+    ACCUMULATED, Bound, CHAINED, CHAINED_LOOKED_UP, CHAINED_SEARCHED, LOOKED_UP, PassBounds, SEARCHED, SHADED, VERTEX,
+};
 use nephroid_pipeline::Device;
 use nephroid_scene::water::{HeightField, WaterSim};
 use nephroid_scene::{Group, Scene, Settings};
@@ -65,7 +67,11 @@ use splats::SplatsUniform;
 
 /// Vertices that hold differences of nearly equal numbers: a part of a Jacobian that cancels to zero has no exact places, and its error is relative to
 /// those of other photons. What is drawn with the driver's own vertices has the usual bounds.
-const DIFFERENCED: Bound = Bound::new("differenced-vertex", 1.0e-4, 150_000.0, 150_000.0);
+const DIFFERENCED: Bound = Bound::new("differenced-vertex", 1.0e-2, 120_000.0, 120_000.0);
+
+/// Pixels that show a caustic map from the driver's own photons: one that lands elsewhere takes all pixels of its splat along, and a picture may show no
+/// more than the part of the map where they gather.
+const CHAINED_SPLATS: Bound = Bound::new("chained-splats", 5.0e-4, 60_000.0, 10_000.0);
 
 /// The technique, as a row of the table.
 pub const TECHNIQUE: &dyn Technique = &SplattingTechnique;
@@ -91,9 +97,9 @@ impl Technique for SplattingTechnique {
     fn bounds(&self) -> &'static [PassBounds] {
         &[
             PassBounds { pass: "photons", vertices: VERTEX, textures: &[("", SEARCHED, CHAINED_SEARCHED)] },
-            PassBounds { pass: "splats", vertices: DIFFERENCED, textures: &[("", ACCUMULATED, CHAINED)] },
+            PassBounds { pass: "splats", vertices: DIFFERENCED, textures: &[("", ACCUMULATED, CHAINED_LOOKED_UP)] },
             PassBounds { pass: "resolve", vertices: VERTEX, textures: &[("", SHADED, CHAINED)] },
-            PassBounds { pass: "gather", vertices: VERTEX, textures: &[("", SHADED, CHAINED)] },
+            PassBounds { pass: "gather", vertices: VERTEX, textures: &[("", LOOKED_UP, CHAINED_SPLATS)] },
         ]
     }
     fn layouts(&self) -> Vec<Layout> {

@@ -17,9 +17,13 @@ pub struct LowArgs {
     /// Scene files to compare (RON)
     scenes: Vec<PathBuf>,
 
-    /// Compare every scene in the folder scenes/ and below, with every technique
+    /// Compare every scene in the folder scenes/ and below
     #[arg(long)]
     all: bool,
+
+    /// The technique to compare; `nephroid list techniques` shows the names [default: each of them]
+    #[arg(long, value_name = "NAME")]
+    technique: Option<String>,
 
     /// Draw random and adversarial primitives, more than a million triangles, and compare those
     #[arg(long)]
@@ -69,8 +73,10 @@ pub enum Modes {
 #[cfg_attr(not(feature = "wgpu"), expect(dead_code, reason = "without drivers nothing is run, but arguments are checked all the same"))]
 #[derive(Debug)]
 pub struct HiArgs {
-    /// All known techniques; each is compared.
+    /// All known techniques.
     pub techniques: Techniques,
+    /// The technique to compare; each, if there is none.
+    pub technique: Option<String>,
     /// Scene files; all below scenes/ if `all`.
     pub scenes: Vec<PathBuf>,
     /// Whether every shipped scene is compared.
@@ -102,8 +108,12 @@ impl HiArgs {
             "nothing to compare: name scene files, or give --all or --conformance"
         );
         ensure!(low.scenes.is_empty() || !low.all, "--all takes every scene there is; leave out the names");
+        if let Some(name) = &low.technique {
+            techniques.find(name)?;
+        }
         Ok(Self {
             techniques,
+            technique: low.technique,
             scenes: low.scenes,
             all: low.all,
             conformance: low.conformance.then(|| low.share.unwrap_or(1.0)),

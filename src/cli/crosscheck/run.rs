@@ -79,7 +79,8 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     }
     for scene in &scenes {
         let loaded = renderer::load(args.techniques, scene, None, args.size, None, &args.settings)?;
-        for technique in args.techniques.iter() {
+        let compared = args.techniques.iter().filter(|technique| args.technique.as_ref().is_none_or(|name| name == technique.name()));
+        for technique in compared {
             let options = RenderOptions { technique: technique.name().to_owned(), techniques: args.techniques, ..RenderOptions::default() };
             let mut frame = Renderer::new(&loaded, &options)?.build(&loaded)?.frame;
             frame.rules = rules.1;

@@ -68,11 +68,23 @@ pub fn ulps(a: f32, b: f32) -> u64 {
     ordered(a).abs_diff(ordered(b))
 }
 
+/// Share of the greatest channel's scale that every channel's scale has at least. The heights of a floor at 0 are nothing but rounding errors.
+const LEAST_SCALE: f64 = 1.0e-3;
+
+/// Raises the scales of a vector's components to [`LEAST_SCALE`] of the greatest.
+pub(super) fn raise_scales(scales: &mut [f64]) {
+    let least = scales.iter().fold(0.0, |greatest: f64, &scale| greatest.max(scale)) * LEAST_SCALE;
+    for scale in scales {
+        *scale = scale.max(least);
+    }
+}
+
 /// Compares two surfaces of one format. `tolerance` is a [`relative`] error, 0 for equal bits. Its scale is each channel's mean magnitude, so that
-/// values near zero need no better absolute accuracy than the rest of the picture.
+/// values near zero need no better absolute accuracy than the rest of the picture; it is at least a thousandth of the greatest channel's.
 #[must_use]
 pub fn compare(info: FormatInfo, expected: &Surface, actual: &Surface, tolerance: f64) -> Difference {
-    let scales: Vec<f64> = (0..info.channels).map(|channel| mean_magnitude(expected, channel)).collect();
+    let mut scales: Vec<f64> = (0..info.channels).map(|channel| mean_magnitude(expected, channel)).collect();
+    raise_scales(&mut scales);
     let mut difference =
         Difference { pixels: 0, differing: 0, outliers: 0, at_edges: 0, max_ulp: 0, max_relative: 0.0, worst: None, first: None };
     let mut first_unexplained = None;
@@ -218,6 +230,17 @@ mod tests {
         let loose = compared(&a, &b, 1.0e-6);
         assert_eq!((loose.differing, loose.outliers), (1, 0));
         assert!(loose.max_relative > 1.0e-7);
+    }
+
+    #[test]
+    fn a_channel_of_rounding_errors_is_held_against_the_others() {
+        let with = |small: f32| {
+            let mut picture = picture(TextureFormat::Rgba32Float, |_, _| 1.0);
+            picture.set_texel(0, 0, 3, 3, [1.0, small, 1.0, 1.0]);
+            picture
+        };
+        assert_eq!(compared(&with(1.0e-8), &with(-1.0e-8), 1.0e-4).outliers, 0);
+        assert_eq!(compared(&with(1.0e-6), &with(-1.0e-6), 1.0e-4).outliers, 1);
     }
 
     #[test]

@@ -169,11 +169,11 @@ impl<'a> Pair<'a> {
             }
             let (_, expected) = stream_draw(self.device, self.on_cpu, pass, draw, &self.expected)?;
             let actual = self.on_gpu.stream_out(index, number, self.device, &self.actual)?;
-            let stride = self.on_cpu.stream_floats(draw.pipeline);
+            let vectors: Vec<usize> = std::iter::once(4).chain(program.varyings.iter().map(|varying| varying.components)).collect();
             reports.push(VertexReport::new(
                 (index, &pass.label, number),
                 vertex_bound_of(bounds, &pass.label),
-                stride,
+                &vectors,
                 &expected.data,
                 &actual,
             ));

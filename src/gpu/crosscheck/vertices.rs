@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::bounds::{Bound, ReportedBound};
-use super::{relative, ulps};
+use super::compare::{raise_scales, relative, ulps};
 
 /// Comparison of the vertices of one draw.
 #[derive(Clone, Debug, Serialize)]
@@ -22,7 +22,7 @@ pub struct VertexReport {
     pub outliers: u64,
     /// Greatest difference in units in the last place.
     pub max_ulp: u64,
-    /// Greatest relative error; its scale is the mean magnitude of each component.
+    /// Greatest relative error; its scale is the mean magnitude of each component, see [`super::compare`].
     pub max_relative: f64,
     /// The bound.
     #[serde(with = "ReportedBound")]
@@ -32,10 +32,11 @@ pub struct VertexReport {
 }
 
 impl VertexReport {
-    /// Compares two streams of `stride` floats per vertex. `draw` gives the number and label of the pass and the number of the draw. Streams of
-    /// different lengths are beyond every bound.
+    /// Compares two streams whose vertices have vectors of these numbers of components. `draw` gives the number and label of the pass and the number of
+    /// the draw. Streams of different lengths are beyond every bound.
     #[must_use]
-    pub fn new((pass_index, pass, draw): (usize, &str, usize), bound: Bound, stride: usize, expected: &[f32], actual: &[f32]) -> Self {
+    pub fn new((pass_index, pass, draw): (usize, &str, usize), bound: Bound, vectors: &[usize], expected: &[f32], actual: &[f32]) -> Self {
+        let stride: usize = vectors.iter().sum();
         let vertices = (expected.len() / stride) as u64;
         let mut report = Self {
             pass_index,
@@ -54,6 +55,12 @@ impl VertexReport {
             for (scale, v) in scales.iter_mut().zip(vertex).filter(|(_, v)| v.is_finite()) {
                 *scale += f64::from(v.abs()) / vertices as f64;
             }
+        }
+        let mut rest = &mut scales[..];
+        for &components in vectors {
+            let (vector, others) = std::mem::take(&mut rest).split_at_mut(components);
+            raise_scales(vector);
+            rest = others;
         }
         for (e, a) in expected.chunks_exact(stride).zip(actual.chunks_exact(stride)) {
             let mut error = 0.0_f64;
@@ -80,15 +87,15 @@ mod tests {
     #[test]
     fn a_wrong_component_or_a_missing_vertex_is_seen() {
         let good: Vec<f32> = (0..50).map(|k| k as f32).collect();
-        assert!(VertexReport::new((0, "p", 0), VERTEX, 5, &good, &good).within);
+        assert!(VertexReport::new((0, "p", 0), VERTEX, &[4, 1], &good, &good).within);
         let mut last_place = good.clone();
         last_place[7] = f32::from_bits(last_place[7].to_bits() + 1);
-        let report = VertexReport::new((0, "p", 0), VERTEX, 5, &good, &last_place);
+        let report = VertexReport::new((0, "p", 0), VERTEX, &[4, 1], &good, &last_place);
         assert!(report.within && report.differing == 1 && report.max_ulp == 1 && report.outliers == 0);
         let mut wrong = good.clone();
         wrong[7] += 1.0;
-        let report = VertexReport::new((0, "p", 0), VERTEX, 5, &good, &wrong);
+        let report = VertexReport::new((0, "p", 0), VERTEX, &[4, 1], &good, &wrong);
         assert!(!report.within && report.outliers == 1);
-        assert!(!VertexReport::new((0, "p", 0), VERTEX, 5, &good, &good[..45]).within);
+        assert!(!VertexReport::new((0, "p", 0), VERTEX, &[4, 1], &good, &good[..45]).within);
     }
 }
