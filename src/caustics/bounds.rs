@@ -1,7 +1,9 @@
 //! Bounds on the difference between a driver and the software GPU in the passes that techniques share. Each technique states those of its own passes.
 
 pub use nephroid_image::metrics::bounds::PassBounds;
-use nephroid_image::metrics::bounds::{Bound, CHAINED, CHAINED_LOOKED_UP, CHAINED_SEARCHED, INTERPOLATED, LOOKED_UP, SEARCHED, SHADED, VERTEX};
+use nephroid_image::metrics::bounds::{
+    Bound, CHAINED, CHAINED_LOOKED_UP, CHAINED_SEARCHED, INTERPOLATED, LOOKED_UP, SEARCHED, SHADED, VERTEX,
+};
 
 /// Vertices in a light's view, which fits narrowly around things far away: where it ends, differences cancel places.
 const IN_LIGHT_VIEW: Bound = Bound::new("light-view-vertex", 1.0e-5, 10.0, 10.0);
