@@ -22,7 +22,7 @@ pub struct VertexReport {
     pub outliers: u64,
     /// Greatest difference in units in the last place.
     pub max_ulp: u64,
-    /// Greatest relative error; its scale is the mean magnitude of each component, see [`super::compare`].
+    /// Greatest relative error; its scale is the mean magnitude of each component, see [`super::compare()`].
     pub max_relative: f64,
     /// The bound.
     #[serde(with = "ReportedBound")]
