@@ -66,7 +66,7 @@ use photons::PhotonsUniform;
 use splats::SplatsUniform;
 
 /// Vertices that hold differences of nearly equal numbers: a part of a Jacobian that cancels to zero has no exact places, and its error is relative to
-/// those of other photons. What is drawn with the driver's own vertices has the usual bounds.
+/// those of other photons. What is drawn with the driver's own vertices has bounds of its own.
 const DIFFERENCED: Bound = Bound::new("differenced-vertex", 1.0e-2, 120_000.0, 120_000.0);
 
 /// Pixels that show a caustic map from the driver's own photons: one that lands elsewhere takes all pixels of its splat along, and a picture may show no

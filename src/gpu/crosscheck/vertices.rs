@@ -98,4 +98,12 @@ mod tests {
         assert!(!report.within && report.outliers == 1);
         assert!(!VertexReport::new((0, "p", 0), VERTEX, &[4, 1], &good, &good[..45]).within);
     }
+    /// A part of a vector that is nothing but rounding errors is held against the vector; a vector of its own is not.
+    #[test]
+    fn rounding_errors_are_held_against_their_own_vector() {
+        let with = |small: f32| [1.0, small, 1.0, 1.0].repeat(4);
+        let report = |vectors: &[usize]| VertexReport::new((0, "p", 0), VERTEX, vectors, &with(1.0e-10), &with(-1.0e-10));
+        assert!(report(&[4]).within);
+        assert!(!report(&[1, 1, 2]).within);
+    }
 }
