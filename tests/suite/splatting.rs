@@ -340,6 +340,36 @@ fn light_that_leaves_the_scene_is_counted_in_watts() {
     assert!((0.97..0.99).contains(&(sum / arrived)), "{sum} of {arrived}, {:?}", rendered.audit);
 }
 
+/// Where the light of exact photons ends adds up to what arrived, and a ball around a ball of the same glass is one ball.
+#[test]
+fn exact_photons_account_for_their_light_in_bodies_within_bodies() {
+    const RADIUS_M: f32 = 0.3;
+    let mut one = scene("ball.ron", (24, 16));
+    one.objects.truncate(2);
+    let of = settings(&mut one);
+    (of.photons, of.map_size, of.intersection) = (96, 128, Intersection::Exact);
+    one.objects[1].shape = Shape::IcoSphere(IcoSphere { radius_m: RADIUS_M, subdivisions: 5 });
+    let clear = |ior| Material::Dielectric { ior, abbe: None, absorption: glam::Vec3::ZERO };
+    one.objects[1].material = clear(1.5);
+    let mut two = one.clone();
+    let mut inner = two.objects[1].clone();
+    inner.name = "inner".into();
+    inner.shape = Shape::IcoSphere(IcoSphere { radius_m: 0.6 * RADIUS_M, subdivisions: 4 });
+    two.objects.push(inner);
+    let mut three = two.clone();
+    three.objects[2].material = clear(1.3);
+    let [one, two, three] = [one, two, three].map(|scene| render(&scene, &["caustic_irradiance"]));
+    for rendered in [&one, &two, &three] {
+        let ends = ["landed", "beyond_the_map", "missed", "dropped"].map(|end| audit(rendered, &format!("photons_{end}")));
+        let (sum, arrived) = (ends.iter().sum::<f64>(), audit(rendered, "photons_arrived"));
+        assert!((sum / arrived - 1.0).abs() < 1.0e-5 && ends[3] < 2.0e-3 * arrived, "{ends:?} of {arrived}");
+    }
+    let red = |rendered: &Rendered| rendered.layers.get("caustic_irradiance").expect("asked for").planes()[0].pixels().to_vec();
+    let [one, two, three] = [one, two, three].map(|rendered| red(&rendered));
+    let off = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f32>() / a.iter().sum::<f32>();
+    assert!(off(&one, &two) < 0.02 && off(&one, &three) > 0.2, "{} {}", off(&one, &two), off(&one, &three));
+}
+
 /// A sheet of glass has no back face: light that meets it is counted, not guessed.
 #[test]
 fn open_glass_is_counted() {

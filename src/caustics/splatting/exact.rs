@@ -11,7 +11,7 @@ use nephroid_scene::Light;
 use nephroid_scene::geom::Aabb;
 
 use crate::passes::light_view::TexelView;
-use crate::surfaces::{Arrival, Surfaces};
+use crate::surfaces::{Arrival, Followed, Surfaces};
 
 /// Most photons along a side of a square view: all their paths are kept at once.
 pub const MOST_PHOTONS: u32 = 2048;
@@ -40,10 +40,33 @@ pub struct ExactPhotons {
     pub beyond: u64,
     /// Rays that have met a mirror, glass or water first.
     pub arrived: u64,
-    /// Their light, W, summed over RGB.
+    /// Where their light has gone.
+    pub light: LightSums,
+}
+
+/// Light of rays that have met a mirror, glass or water first, W, summed over RGB. What is missing in the sum of its ends was absorbed.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LightSums {
+    /// All of it.
     pub arrived_w: f64,
-    /// Light that has landed, W, summed over RGB.
+    /// In the map.
     pub landed_w: f64,
+    /// On receivers outside of the map.
+    pub beyond_w: f64,
+    /// Light that has left the scene. Not known without losses, as are `dropped_w`.
+    pub missed_w: f64,
+    /// Light that was not followed to its end.
+    pub dropped_w: f64,
+}
+
+impl std::ops::AddAssign for LightSums {
+    fn add_assign(&mut self, more: Self) {
+        self.arrived_w += more.arrived_w;
+        self.landed_w += more.landed_w;
+        self.beyond_w += more.beyond_w;
+        self.missed_w += more.missed_w;
+        self.dropped_w += more.dropped_w;
+    }
 }
 
 /// The ends of the ray of a texel.
@@ -54,6 +77,9 @@ struct Ends {
     /// Width of the texel at the first surface, m.
     width: f32,
     arrivals: Vec<Arrival>,
+    /// Shares of the light that have left the scene, and that were not followed.
+    missed: Vec3,
+    dropped: Vec3,
 }
 
 /// Follows the light of each texel of a view to receivers in `reached`. `lossless`: only paths that image space can follow, without losses but those of
@@ -69,13 +95,15 @@ pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, reached: Aab
                     Vec3::new((x as f32 + 0.5) * (2.0 * view.size_tx.z) - 1.0, 1.0 - (y as f32 + 0.5) * (2.0 * view.size_tx.w), depth)
                 };
                 let (start, end) = (world_from_clip.project_point3(ndc(0.0)), world_from_clip.project_point3(ndc(1.0)));
-                let (first, mut arrivals) = surfaces.arrivals(start, (end - start).normalize_or_zero())?;
+                let Followed { first, mut arrivals, mut missed, mut dropped } =
+                    surfaces.arrivals(start, (end - start).normalize_or_zero())?;
                 if lossless {
+                    (missed, dropped) = (Vec3::ZERO, Vec3::ZERO);
                     arrivals.retain(|arrival| arrival.plain);
                     arrivals.iter_mut().for_each(|arrival| arrival.share = arrival.tint);
                 }
                 let area = view.area_at(v3(first.x, first.y, first.z));
-                Some(Ends { flux: light.incident(first).irradiance * area, width: area.sqrt(), arrivals })
+                Some(Ends { flux: light.incident(first).irradiance * area, width: area.sqrt(), arrivals, missed, dropped })
             };
             (0..columns).map(|x| texel(x).unwrap_or_default()).collect()
         })
@@ -98,18 +126,19 @@ pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, reached: Aab
             (0..ends[y].len()).flat_map(of_texel).filter(|record| record.flux != Vec4::ZERO).collect()
         })
         .collect();
-    let mut records = records.concat();
-    let all = records.len();
-    records.retain(|record| reached.contains(record.position_ws.truncate()));
+    let (records, beyond): (Vec<_>, Vec<_>) =
+        records.into_iter().flatten().partition(|record: &PhotonRecord| reached.contains(record.position_ws.truncate()));
     let watts = |flux: Vec3| flux.as_dvec3().element_sum();
+    let carried = |records: &[PhotonRecord]| records.iter().map(|record| watts(record.flux.truncate())).sum();
     let lit = || ends.iter().flatten().filter(|ends| ends.flux != Vec3::ZERO);
-    ExactPhotons {
-        beyond: (all - records.len()) as u64,
-        arrived: lit().count() as u64,
+    let light = LightSums {
         arrived_w: lit().map(|ends| watts(ends.flux)).sum(),
-        landed_w: records.iter().map(|record| watts(record.flux.truncate())).sum(),
-        records,
-    }
+        landed_w: carried(&records),
+        beyond_w: carried(&beyond),
+        missed_w: lit().map(|ends| watts(ends.flux * ends.missed)).sum(),
+        dropped_w: lit().map(|ends| watts(ends.flux * ends.dropped)).sum(),
+    };
+    ExactPhotons { beyond: beyond.len() as u64, arrived: lit().count() as u64, light, records }
 }
 
 /// Where a path of a texel ends.

@@ -157,16 +157,12 @@ impl LightPass<'_> {
         let light = &builder.scene.lights[self.light.number];
         let everywhere = Aabb { min: Vec3::splat(f32::MIN), max: Vec3::splat(f32::MAX) };
         let reached = if self.settings.gather == Gather::Eye { everywhere } else { self.own.reached };
-        let ExactPhotons { mut records, beyond, arrived, arrived_w, landed_w } =
-            exact::follow(surfaces, light, view, reached, self.paper());
+        let ExactPhotons { mut records, beyond, arrived, light } = exact::follow(surfaces, light, view, reached, self.paper());
         let sum = totals.exact.get_or_insert_with(ExactTotals::default);
-        *sum = ExactTotals {
-            rays: sum.rays + arrived,
-            arrived_w: sum.arrived_w + arrived_w,
-            photons: sum.photons + records.len() as u64,
-            landed_w: sum.landed_w + landed_w,
-            beyond: sum.beyond + beyond,
-        };
+        sum.rays += arrived;
+        sum.photons += records.len() as u64;
+        sum.beyond += beyond;
+        sum.light += light;
         let count = records.len() as u32;
         if records.is_empty() {
             // A storage binding has at least one element.

@@ -43,7 +43,7 @@ choices! {
     pub enum Intersection {
         /// In the pictures that the light sees: one reflection, or one refraction into and one out of a body.
         Image,
-        /// In the triangles of the scene: up to 12 reflections and refractions.
+        /// In the triangles of the scene: up to 64 reflections and refractions.
         Exact,
     }
 }

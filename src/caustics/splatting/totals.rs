@@ -1,5 +1,6 @@
 //! Counters and audit of a frame.
 
+use super::exact::LightSums;
 use super::photons::Fate;
 use crate::tally::Named;
 
@@ -22,14 +23,12 @@ pub(super) struct Totals {
 pub(super) struct ExactTotals {
     /// Rays that meet a mirror, glass or water.
     pub rays: u64,
-    /// Their light.
-    pub arrived_w: f64,
     /// Photons in the map.
     pub photons: u64,
-    /// Their light.
-    pub landed_w: f64,
     /// Photons on receivers outside of the map.
     pub beyond: u64,
+    /// Where the light of the rays has gone.
+    pub light: LightSums,
 }
 
 impl Totals {
@@ -47,9 +46,11 @@ impl Totals {
             counters.extend([
                 count("photon_rays_arrived", exact.rays),
                 count(LANDED, exact.photons),
-                count("photons_beyond_the_map", exact.beyond),
+                count(BEYOND, exact.beyond),
             ]);
-            audit.extend([(ARRIVED.to_owned(), exact.arrived_w), (LANDED.to_owned(), exact.landed_w)]);
+            let light = &exact.light;
+            let ends = [(LANDED, light.landed_w), (BEYOND, light.beyond_w), (MISSED, light.missed_w), (DROPPED, light.dropped_w)];
+            audit.extend([(ARRIVED, light.arrived_w)].into_iter().chain(ends).map(|(name, watts)| (name.to_owned(), watts)));
         }
         (counters, audit)
     }
@@ -61,11 +62,20 @@ pub(super) const ARRIVED: &str = "photons_arrived";
 /// Entry for light that lands on receivers.
 const LANDED: &str = "photons_landed";
 
+/// Entry for light on receivers that the map does not hold.
+const BEYOND: &str = "photons_beyond_the_map";
+
+/// Entry for light that leaves the scene.
+const MISSED: &str = "photons_missed";
+
+/// Entry for light that is not followed to its end.
+const DROPPED: &str = "photons_dropped";
+
 /// Names of fates in counters and audit.
 pub(super) const FATES: &[(u32, &str)] = &[
     (Fate::Landed as u32, LANDED),
     (Fate::TotallyReflected as u32, "photons_totally_reflected"),
     (Fate::NoExit as u32, "photons_in_open_glass"),
-    (Fate::Missed as u32, "photons_missed"),
+    (Fate::Missed as u32, MISSED),
     (Fate::NotFound as u32, "photons_not_found"),
 ];

@@ -112,7 +112,7 @@ fn pilots(surfaces: &Surfaces, view: &FittedView, all_paths: bool) -> Vec<Pilot>
             };
             let (start, end) = (at(0.0), at(1.0));
             let across = f64::from(texels.area_at(v3(end.x, end.y, end.z)) / (end - start).length_squared());
-            let arrivals = surfaces.arrivals(start, (end - start).normalize_or_zero()).map_or_else(Vec::new, |(_, arrivals)| arrivals);
+            let arrivals = surfaces.arrivals(start, (end - start).normalize_or_zero()).map_or_else(Vec::new, |followed| followed.arrivals);
             let counted = arrivals.into_iter().filter(move |arrival| all_paths || arrival.plain);
             counted.map(move |arrival| (arrival.position, across * f64::from(arrival.share.element_sum())))
         })
