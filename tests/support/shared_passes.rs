@@ -50,6 +50,7 @@ pub fn surface(frame: &mut Frame, mesh: &Mesh, (turn, offset): (Quat, Vec3), sur
         indices: Some(frame.buffer("indices", Arc::new(Buffer::from_slice(&indices)))),
         range: 0..indices.len() as u32,
         surface,
+        operators: None,
     }
 }
 

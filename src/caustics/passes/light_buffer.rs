@@ -9,7 +9,7 @@
 //! | `position` | Rgba32Float | world space, m | 1 |
 //! | `normal` | Rgba32Float | world space, unit, against the light | 1 + [`MaterialKind`] |
 //! | `material` | Rgba32Float | albedo, reflectance of a mirror, or absorption of a refracting body, 1/m | refractive index behind the surface over the one in front of it; 0 for an opaque surface |
-//! | `curvature` | R32Float | what the vertices have in `normal_ws.w`, such as a mean curvature, 1/m, above 0 where the surface bulges towards the light | |
+//! | `curvature` | R32Float, Rgba32Float if the vertices have shape operators | in x, what the vertices have in `normal_ws.w`, such as a mean curvature, 1/m, above 0 where the surface bulges towards the light; in y and z | and in w, the three [`forms`](super::shape_operator) of the shape operator by the view's axes, likewise |
 //! | `depth` | Depth32Float | 0..=1, near to far, of the view's projection; where the light meets no surface, 1 for nearest surfaces, 0 for farthest | |
 //!
 //! If the light meets a surface from behind, it is inside of the body or under the water: the normal is turned, the index ratio inverted and the
@@ -37,6 +37,7 @@ use nephroid_scene::{Albedo, Material, PatternUniform};
 
 use super::geometry_buffer::{MaterialKind, ReceiverVertex};
 use super::light_view::LightView;
+use super::shape_operator::{ShapeOperator, forms, view_axes};
 
 /// Uniform of a surface: how it interacts with light.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -87,6 +88,8 @@ pub struct SurfaceDraw {
     pub range: Range<u32>,
     /// How the surface interacts with light.
     pub surface: SurfaceUniform,
+    /// A [`ShapeOperator`] for each vertex. Either all draws of a light buffer have them, or none.
+    pub operators: Option<BufferId>,
 }
 
 /// The surface that is kept of those along a ray of light.
@@ -115,33 +118,51 @@ pub struct LightBuffer {
     pub depth: TextureId,
 }
 
-/// Bindings: view, vertices, surface.
-pub const BINDINGS: [BindingKind; 3] = [
+/// Bindings: view, vertices, surface; and shape operators, where vertices have them.
+pub const BINDINGS: [BindingKind; 4] = [
     BindingKind::Uniform(size_of::<LightView>()),
     BindingKind::Storage(size_of::<ReceiverVertex>()),
     BindingKind::Uniform(size_of::<SurfaceUniform>()),
+    BindingKind::Storage(size_of::<ShapeOperator>()),
 ];
 
-/// The program.
-#[must_use]
-pub fn program() -> Arc<Program> {
-    let varying = |name, components| Varying { name, components, interpolation: Interpolation::Perspective };
-    Arc::new(Program {
-        varyings: vec![varying("position_ws", 3), varying("normal_ws", 4)],
-        bindings: BINDINGS.to_vec(),
-        wgsl: Some(concat!(
+/// The WGSL sources that both programs share, and their own.
+macro_rules! sources {
+    ($($own:literal),+) => {
+        concat!(
             include_str!("../../scene/pattern.wgsl"),
             include_str!("receiver_vertex.wgsl"),
             include_str!("light_view.wgsl"),
-            include_str!("light_buffer.wgsl")
-        )),
-        ..Program::new("light_buffer", Vertex, Fragment)
+            include_str!("light_buffer.wgsl"),
+            $(include_str!($own)),+
+        )
+    };
+}
+
+/// The program; `bent`: for vertices with shape operators.
+#[must_use]
+pub fn program(bent: bool) -> Arc<Program> {
+    let varying = |name, components| Varying { name, components, interpolation: Interpolation::Perspective };
+    let varyings = vec![varying("position_ws", 3), varying("normal_ws", 4)];
+    if bent {
+        return Arc::new(Program {
+            varyings: varyings.into_iter().chain([varying("forms", 3)]).collect(),
+            bindings: BINDINGS.to_vec(),
+            wgsl: Some(sources!("shape_operator.wgsl", "light_buffer_bent.wgsl")),
+            ..Program::new("bent_light_buffer", Vertex::<true>, Fragment::<true>)
+        });
+    }
+    Arc::new(Program {
+        varyings,
+        bindings: BINDINGS[..3].to_vec(),
+        wgsl: Some(sources!("light_buffer_plain.wgsl")),
+        ..Program::new("light_buffer", Vertex::<false>, Fragment::<false>)
     })
 }
 
-struct Vertex;
+struct Vertex<const BENT: bool>;
 
-impl VertexShader for Vertex {
+impl<const BENT: bool> VertexShader for Vertex<BENT> {
     #[inline(always)]
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
         let view: &LightView = bindings.uniform(0);
@@ -152,12 +173,18 @@ impl VertexShader for Vertex {
         output.set3(0, position);
         output.set3(3, normal.xyz());
         output.varyings[6] = normal.w;
+        if BENT {
+            let operators: &[ShapeOperator] = bindings.storage(3);
+            let diagonal = input.per_vertex4(|i| operators.get(i as usize).map_or([0.0; 4], |v| v.diagonal.to_array())).xyz();
+            let beside = input.per_vertex4(|i| operators.get(i as usize).map_or([0.0; 4], |v| v.beside.to_array())).xyz();
+            output.set3(7, forms(view_axes(&view.clip_from_world), diagonal, beside));
+        }
     }
 }
 
-struct Fragment;
+struct Fragment<const BENT: bool>;
 
-impl FragmentShader for Fragment {
+impl<const BENT: bool> FragmentShader for Fragment<BENT> {
     const MERGES_FRAGMENTS: bool = true;
 
     #[inline(always)]
@@ -174,8 +201,12 @@ impl FragmentShader for Fragment {
         output.color[0] = v4(position.x, position.y, position.z, one);
         output.color[1] = v4(normal.x, normal.y, normal.z, one.like(surface.optics.x));
         output.color[2] = v4(albedo.x, albedo.y, albedo.z, index);
-        let curvature = input.varying(6);
-        output.color[3] = v4(L::select(from_behind, -curvature, curvature), zero, zero, zero);
+        let sign = L::select(from_behind, -one, one);
+        output.color[3] = v4(input.varying(6) * sign, zero, zero, zero);
+        if BENT {
+            let forms = input.varying3(7) * sign;
+            output.color[3] = v4(input.varying(6) * sign, forms.x, forms.y, forms.z);
+        }
     }
 }
 
@@ -188,19 +219,21 @@ pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), k
         Keep::Farthest => (CompareFunction::Greater, 0.0, None),
         Keep::NearestBack => (CompareFunction::Less, 1.0, Some(Face::Front)),
     };
+    let bent = draws.iter().any(|draw| draw.operators.is_some());
+    let bends = if bent { TextureFormat::Rgba32Float } else { TextureFormat::R32Float };
     let mut target = |part: &str, format| frame.texture(TextureDescriptor::d2(format!("{label} {part}"), size.0, size.1, format));
     let format = TextureFormat::Rgba32Float;
     let buffer = LightBuffer {
         position: target("position", format),
         normal: target("normal", format),
         material: target("material", format),
-        curvature: target("curvature", TextureFormat::R32Float),
+        curvature: target("curvature", bends),
         depth: target("depth", TextureFormat::Depth32Float),
     };
     let state = |format| Some(ColorTargetState { format, blend: None, write_mask: ColorWrites::ALL });
     let pipeline = frame.pipeline(RenderPipelineDescriptor {
         primitive: PrimitiveState { cull_mode, ..PrimitiveState::default() },
-        targets: vec![state(format), state(format), state(format), state(TextureFormat::R32Float)],
+        targets: vec![state(format), state(format), state(format), state(bends)],
         depth_stencil: Some(DepthStencilState {
             format: TextureFormat::Depth32Float,
             depth_write_enabled: Some(true),
@@ -208,17 +241,18 @@ pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), k
             stencil: StencilState::default(),
             bias: DepthBiasState::default(),
         }),
-        ..RenderPipelineDescriptor::new(label, program())
+        ..RenderPipelineDescriptor::new(label, program(bent))
     });
     let view = frame.buffer(label, Arc::new(Buffer::from_value(view)));
     let mut made: Vec<(&SurfaceDraw, BindGroupId)> = Vec::new();
     let mut frame_draws = Vec::with_capacity(draws.len());
     for draw in draws {
-        let known = made.iter().find(|(other, _)| other.vertices == draw.vertices && other.surface == draw.surface);
+        let known = made.iter().find(|(other, _)| other.vertices == draw.vertices && other.surface == draw.surface && other.operators == draw.operators);
         let bindings = known.map_or_else(
             || {
                 let surface = frame.buffer(format!("{label} surface {}", made.len()), Arc::new(Buffer::from_value(&draw.surface)));
-                frame.bind_group(vec![BindEntry::Uniform(view, 0), BindEntry::Storage(draw.vertices), BindEntry::Uniform(surface, 0)])
+                let entries = [BindEntry::Uniform(view, 0), BindEntry::Storage(draw.vertices), BindEntry::Uniform(surface, 0)];
+                frame.bind_group(entries.into_iter().chain(draw.operators.map(BindEntry::Storage)).collect())
             },
             |(_, bindings)| *bindings,
         );

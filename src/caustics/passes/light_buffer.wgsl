@@ -9,35 +9,20 @@ struct SurfaceUniform {
 @group(0) @binding(1) var<storage, read> vertices: array<ReceiverVertex>;
 @group(0) @binding(2) var<uniform> surface: SurfaceUniform;
 
-struct Varyings {
-    @builtin(position) position: vec4<f32>,
-    @location(0) position_ws: vec3<f32>,
-    @location(1) normal_ws: vec4<f32>,
+// What a fragment knows of its surface; `turned`: -1 where the light meets it from behind, else 1.
+struct Lit {
+    normal: vec3<f32>,
+    material: vec4<f32>,
+    turned: f32,
 }
 
-struct Targets {
-    @location(0) position: vec4<f32>,
-    @location(1) normal: vec4<f32>,
-    @location(2) material: vec4<f32>,
-    @location(3) curvature: f32,
-}
-
-@vertex
-fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
-    let vertex = vertices[vertex_index];
-    let clip = view.clip_from_world * vec4<f32>(vertex.position_ws.xyz, 1.0);
-    return Varyings(clip, vertex.position_ws.xyz, vertex.normal_ws);
-}
-
-@fragment
-fn fs(in: Varyings) -> Targets {
-    var normal = normalize(in.normal_ws.xyz);
-    let from_behind = dot(normal, direction_at(view, in.position_ws)) > 0.0;
+fn lit_at(position_ws: vec3<f32>, normal_ws: vec3<f32>) -> Lit {
+    var normal = normalize(normal_ws);
+    let from_behind = dot(normal, direction_at(view, position_ws)) > 0.0;
     if from_behind {
         normal = -normal;
     }
-    let albedo = pattern_at(surface.pattern, in.position_ws, normal);
+    let albedo = pattern_at(surface.pattern, position_ws, normal);
     let index = select(surface.optics.y, surface.optics.z, from_behind);
-    let curvature = select(in.normal_ws.w, -in.normal_ws.w, from_behind);
-    return Targets(vec4<f32>(in.position_ws, 1.0), vec4<f32>(normal, surface.optics.x), vec4<f32>(albedo, index), curvature);
+    return Lit(normal, vec4<f32>(albedo, index), select(1.0, -1.0, from_behind));
 }

@@ -222,6 +222,17 @@ impl TexelView {
         along * along * along * area / to.length()
     }
 
+    /// How far a point moves across the view's axis with one texel along x and along y, m.
+    #[inline(always)]
+    pub fn steps_at<L: Lanes>(&self, p_ws: V3<L>) -> [V3<L>; 2] {
+        let m = &self.view.clip_from_world;
+        let token = p_ws.x.token();
+        let (x, y) = (V3::splat(token, m.row(0).truncate()), V3::splat(token, m.row(1).truncate()));
+        // Clip space moves by the product of the row and the step, and its w stays.
+        let w = transform_point(m, p_ws).w;
+        [x * (w * (2.0 * self.size_tx.z) / x.dot(x)), y * (w * (-2.0 * self.size_tx.w) / y.dot(y))]
+    }
+
     /// Texel coordinates (y down) of a point; infinite or NaN in the plane of a point light.
     #[inline(always)]
     pub fn texel_at<L: Lanes>(&self, p_ws: V3<L>) -> V2<L> {
@@ -297,6 +308,11 @@ mod tests {
                     // Rows count downwards, heights upwards.
                     let row = (size.1 - 1 - y) as f32;
                     assert!((at.x - x as f32 - 0.5).abs().max((at.y - row - 0.5).abs()) < 0.01, "{light:?}: {x} {y} {at:?}");
+                    for (step, along) in texels.steps_at(p).into_iter().zip([(1.0, 0.0), (0.0, 1.0)]) {
+                        let next = texels.texel_at(p + step);
+                        let off = (next.x - at.x - along.0).abs().max((next.y - at.y - along.1).abs());
+                        assert!(off < 0.01, "{light:?}: {x} {y} {next:?}");
+                    }
                     let to = Vec3::new(p.x, p.y, p.z) - fitted.view.position_ws.truncate();
                     let squared = if fitted.is_point() { to.length_squared() } else { 1.0 };
                     sum += f64::from(across / squared);

@@ -36,3 +36,17 @@ fn texel_at(texels: TexelView, p_ws: vec3<f32>) -> vec2<f32> {
     let ndc = clip.xy * (1.0 / clip.w);
     return vec2<f32>(ndc.x * 0.5 + 0.5, -ndc.y * 0.5 + 0.5) * texels.size_tx.xy;
 }
+
+struct TexelSteps {
+    x: vec3<f32>,
+    y: vec3<f32>,
+}
+
+// How far a point moves across the view's axis with one texel along x and along y.
+fn steps_at(texels: TexelView, p_ws: vec3<f32>) -> TexelSteps {
+    let m = texels.view.clip_from_world;
+    let x = vec3<f32>(m[0].x, m[1].x, m[2].x);
+    let y = vec3<f32>(m[0].y, m[1].y, m[2].y);
+    let w = (m * vec4<f32>(p_ws, 1.0)).w;
+    return TexelSteps(x * (w * (2.0 * texels.size_tx.z) / dot(x, x)), y * (w * (-2.0 * texels.size_tx.w) / dot(y, y)));
+}

@@ -7,6 +7,7 @@
 //! - [`receiver_search`]: what a ray meets of the receivers in a picture; [`glass_body`]: the way of a view ray through glass.
 //! - [`glass`]: what mirrors and glass show.
 //! - [`water_surface`]: the picture: sky, receivers, and the water in front of them.
+//! - [`shape_operator`]: both principal curvatures of a surface in a texel.
 //! - [`light_view`]: views of a light, given or fitted to a box.
 //! - [`light_buffer`]: position, normal, material, refractive index and depth as seen from a light.
 //! - [`filter`] and [`rotating_filter`]: low-pass filters.
@@ -30,4 +31,5 @@ pub mod receiver_search;
 pub mod rotating_filter;
 pub mod shade;
 pub mod shadow_map;
+pub mod shape_operator;
 pub mod water_surface;

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use nephroid_math::lanes::{Lanes, Mask};
 use nephroid_math::vector::{V2, V4, v2, v4};
-use nephroid_pipeline::Bindings;
+use nephroid_pipeline::{BindingKind, Bindings};
 use nephroid_pipeline::sampler::load;
 use nephroid_pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
@@ -37,19 +37,36 @@ const EDGE: f32 = 4.0;
 /// Distance of a neighbour from the photon's tangent plane, over its distance, beyond which it lies on another receiver.
 const CREASE: f32 = 0.3;
 
+/// How steps of the light are known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Steps {
+    /// By where the neighbours of a photon in textures land.
+    Neighbours,
+    /// By the differentials of the rays of photons in textures, bound after these: steps along x and y.
+    Rays,
+    /// By records.
+    Records,
+}
+
 /// The program.
 #[must_use]
-pub fn program(source: Source) -> Arc<Program> {
+pub fn program(steps: Steps) -> Arc<Program> {
     let varying = |name| Varying { name, components: 4, interpolation: Interpolation::Flat };
-    let name = match source {
-        Source::Textures => "differential_splats",
-        Source::Records => "differential_splats_of_records",
+    let textures = Source::Textures;
+    let (name, source, wgsl) = match steps {
+        Steps::Neighbours => ("differential_splats", textures, splat_wgsl!(textures, "neighbours.wgsl", "differential.wgsl")),
+        Steps::Rays => ("differential_splats_of_rays", textures, splat_wgsl!(textures, "ray_steps.wgsl", "differential.wgsl")),
+        Steps::Records => ("differential_splats_of_records", Source::Records, splat_wgsl!(Source::Records, "differential.wgsl")),
     };
+    let mut bindings = source.bindings();
+    if steps == Steps::Rays {
+        bindings.extend([BindingKind::Texture; 2]);
+    }
     Arc::new(Program {
         varyings: vec![varying("place"), varying("inverse"), varying("flux")],
-        bindings: source.bindings(),
-        wgsl: Some(splat_wgsl!(source, "differential.wgsl")),
-        ..Program::new(name, Vertex { source }, Fragment)
+        bindings,
+        wgsl: Some(wgsl),
+        ..Program::new(name, Vertex { source, steps }, Fragment)
     })
 }
 
@@ -76,21 +93,31 @@ fn weight<L: Lanes>(offset: V2<L>, inverse: &Jacobian<L>) -> L {
 
 /// Where light goes with one texel of the view along x and y, in texels of the map. Without neighbours, the diameter of the beam.
 #[inline(always)]
-fn steps<L: Lanes>(source: Source, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, photon: &Photon<L>) -> Jacobian<L> {
+fn steps_of<L: Lanes>(steps: Steps, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, photon: &Photon<L>) -> Jacobian<L> {
     let (zero, one) = (photon.beam.like(0.0), photon.beam.like(1.0));
     let (alone_x, alone_y) = (v2(photon.beam, zero), v2(zero, photon.beam));
-    match source {
-        Source::Textures => {
+    match steps {
+        Steps::Neighbours => {
             let (right, down) = (v2(one, zero), v2(zero, one));
             Jacobian { x: step(bindings, photon, right, alone_x), y: step(bindings, photon, down, alone_y) }
         }
-        Source::Records => {
+        Steps::Rays => Jacobian { x: ray_step(bindings, photon, 7, alone_x), y: ray_step(bindings, photon, 8, alone_y) },
+        Steps::Records => {
             let records: &[PhotonRecord] = bindings.storage(4);
             let x = input.per_vertex4(|i| records[i as usize].x_ws.to_array());
             let y = input.per_vertex4(|i| records[i as usize].y_ws.to_array());
             Jacobian { x: recorded(bindings, photon, x, alone_x), y: recorded(bindings, photon, y, alone_y) }
         }
     }
+}
+
+/// A step that a differential knows, along the ray onto the plane of the receiver.
+#[inline(always)]
+fn ray_step<L: Lanes>(bindings: &Bindings<'_>, photon: &Photon<L>, texture: usize, alone: V2<L>) -> V2<L> {
+    let ray = load(bindings.texture(5), photon.texel.x, photon.texel.y, 0, 0).xyz();
+    let step: V4<L> = load(bindings.texture(texture), photon.texel.x, photon.texel.y, 0, 0);
+    let on_plane = step.xyz() - ray * (step.xyz().dot(photon.normal) / ray.dot(photon.normal));
+    recorded(bindings, photon, v4(on_plane.x, on_plane.y, on_plane.z, step.w), alone)
 }
 
 /// A step that a record knows.
@@ -156,6 +183,7 @@ fn bounded<L: Lanes>(j: &Jacobian<L>) -> Jacobian<L> {
 
 struct Vertex {
     source: Source,
+    steps: Steps,
 }
 
 impl VertexShader for Vertex {
@@ -168,7 +196,7 @@ impl VertexShader for Vertex {
             return;
         }
         let (zero, one) = (photon.beam.like(0.0), photon.beam.like(1.0));
-        let Jacobian { x, y } = steps(self.source, bindings, input, &photon);
+        let Jacobian { x, y } = steps_of(self.steps, bindings, input, &photon);
         // Three knots of the splines span the splat.
         let cells = one.like(bindings.uniform::<SplatsUniform>(1).shape.x / 3.0);
         let j = bounded(&Jacobian { x: x * cells, y: y * cells });

@@ -1,15 +1,12 @@
 //! Builds the frame: for each light its photons, their splats in the caustic map, and the map's light on the receivers.
 
-use std::sync::Arc;
-
-use nephroid_pipeline::Buffer;
 use nephroid_pipeline::frame::Pass;
 use nephroid_scene::geom::Mesh;
 use nephroid_scene::water::{HeightField, Water};
 use nephroid_scene::{Material, Radiometry, Scene};
 
 use super::SplattingError;
-use super::drawn::{Surfaced, surfaces};
+use super::drawn::{Surfaced, Vertices, surfaces};
 use super::exact::MOST_PHOTONS;
 use super::light_pass::{LightPass, Map, eye_map};
 use super::settings::{Gather, Intersection, Splatting, Views};
@@ -42,7 +39,7 @@ pub struct Shared {
     /// The objects, to be hit by rays.
     pub surfaces: Surfaces,
     /// The objects' vertices, with curvature.
-    pub vertices: Arc<Buffer>,
+    pub vertices: Vertices,
 }
 
 /// A moment whose photons are in the map.

@@ -18,7 +18,8 @@ use super::settings::{CurvatureFrom, Gather, Lens, Splats, Splatting};
 use super::splats::{self, Source, SplatsUniform};
 use super::totals::{ARRIVED, ExactTotals, FATES, Totals};
 use super::views::LightViews;
-use super::{differential, gather, pyramid, sizes};
+use super::differential::{self, Steps};
+use super::{gather, pyramid, sizes};
 use crate::Tally;
 use crate::builder::state::{additive, clear, target};
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight};
@@ -104,6 +105,8 @@ impl LightPass<'_> {
         let (width, height) = size(view);
         let mut texture = |part| builder.frame.texture(TextureDescriptor::d2(format!("photon_{part} {label}"), width, height, FORMAT));
         let [position, direction, flux] = ["position", "direction", "flux"].map(&mut texture);
+        let both = self.settings.has_both_curvatures();
+        let steps: Vec<TextureId> = if both { ["step_x", "step_y"].map(&mut texture).to_vec() } else { Vec::new() };
         let numbers = PhotonsUniform {
             box_min: self.own.reached.min.extend(settings.search_steps as f32),
             box_max: self.own.reached.max.extend(settings.exit_steps as f32),
@@ -132,16 +135,18 @@ impl LightPass<'_> {
             thick: settings.lens == Lens::Thick,
             curvature_of_normals: settings.splats == Splats::Lens && settings.curvature == CurvatureFrom::Normals,
             water: builder.scene.water.is_some(),
+            differentials: both,
         };
-        let pipeline = builder.fullscreen("photons", photons::program(options), &[FORMAT; 3], None);
+        let targets: Vec<TextureId> = [position, direction, flux].into_iter().chain(steps).collect();
+        let pipeline = builder.fullscreen("photons", photons::program(options), &vec![FORMAT; targets.len()], None);
         builder.frame.passes.push(Pass {
             label: format!("photons {label}"),
-            color: vec![clear(position), clear(direction), clear(flux)],
+            color: targets.iter().map(|&target| clear(target)).collect(),
             draws: vec![Draw::new(pipeline, bindings, fullscreen::VERTICES)],
             ..Pass::default()
         });
         tallies.push(Tally { fates: position, values: flux, names: FATES, arrived: ARRIVED });
-        let entries = [position, direction, flux].map(BindEntry::texture).to_vec();
+        let entries = targets.into_iter().map(BindEntry::texture).collect();
         Photons { source: Source::Textures, entries, columns: view.size_tx.x, count: width * height }
     }
 
@@ -179,10 +184,15 @@ impl LightPass<'_> {
             photons.iter().map(|photons| (self.splat_bindings(builder, photons, map), photons.count)).collect();
         let by_beam = settings.splats != Splats::Fixed;
         let colours = self.has_colours(builder);
+        let (by_rays, by_neighbours) = match source {
+            Source::Textures => (Steps::Rays, Steps::Neighbours),
+            Source::Records => (Steps::Records, Steps::Records),
+        };
         let (program, parts): (_, &[&str]) = match settings.splats {
+            Splats::Lens if settings.has_both_curvatures() => (differential::program(by_rays), &["caustic_map"]),
             Splats::Fixed | Splats::Lens => (splats::round(source, by_beam, self.paper()), &["caustic_map"]),
             Splats::Pyramid => return self.pyramid(builder, source, map, &bound),
-            Splats::Differential => (differential::program(source), &["caustic_map"]),
+            Splats::Differential => (differential::program(by_neighbours), &["caustic_map"]),
             Splats::Sizes if colours => (sizes::program(source, true, self.paper()), &["map_red", "map_green", "map_blue", "map_count"]),
             Splats::Sizes => (sizes::program(source, false, self.paper()), &["map_flux", "map_count"]),
         };

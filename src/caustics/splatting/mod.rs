@@ -12,6 +12,7 @@
 //! | `photons` | from the first surface to the receiver |
 //! | `receiver_search` | where a ray ends among the receivers |
 //! | `lens` | how wide a beam is after a lens |
+//! | `ray_differential` | how a ray is bent by both curvatures of each face |
 //! | `exact` | photons that are followed through the triangles of the scene |
 //! | `splats` | photons as vertices; round splats of one size, or by the lens |
 //! | `sizes` | splats of four sizes, and the choice among them |
@@ -39,6 +40,7 @@ pub mod lens;
 mod light_pass;
 pub mod photons;
 pub mod pyramid;
+pub mod ray_differential;
 pub mod receiver_search;
 mod settings;
 pub mod sizes;
@@ -127,7 +129,7 @@ impl Technique for SplattingTechnique {
             Ok((mesh, object.material.clone()))
         });
         let surfaces = Surfaces::new(meshes.collect::<Result<_, RenderError>>()?);
-        let vertices = drawn::vertices(&receivers, settings);
+        let vertices = drawn::Vertices::new(&receivers, settings);
         let water = scene.water.as_ref().map(|water| water.simulator());
         Ok(Box::new(SplattingBuilder { shared: Shared { receivers, surfaces, vertices }, water, fields: Vec::new() }))
     }

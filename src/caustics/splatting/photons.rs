@@ -11,6 +11,7 @@
 //! | `position` | Rgba32Float | where it lands, world space, m | [`Fate`] |
 //! | `direction` | Rgba32Float | unit vector along which it arrives | diameter of its beam there, m, by the lens that it has passed |
 //! | `flux` | Rgba32Float | what it carries at its end, W, linear RGB | what it had on arrival at the first surface, W, summed over RGB |
+//! | `step_x`, `step_y` | Rgba32Float | with [`Options::differentials`]: how far the light moves with one texel of the view along x and along y, at the photon and in no special plane, m | 1 if that is known, else 0 |
 
 use std::sync::Arc;
 
@@ -26,12 +27,14 @@ use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, P
 use nephroid_pipeline::{BindingKind, Bindings, TextureView};
 
 use super::lens::{Faces, beam_diameter};
+use super::ray_differential::Differential;
 use super::receiver_search::Receivers;
 use super::settings::Search;
 use crate::passes::fullscreen::FullscreenVertex;
 use crate::passes::geometry_buffer::MaterialKind;
 use crate::passes::light_view::TexelView;
 use crate::passes::shadow_map::LightUniform;
+use crate::passes::shape_operator::{turn, view_axes};
 
 /// What has become of a photon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +58,9 @@ const CORRECTIONS: u32 = 2;
 
 /// Largest correction, in texels: more is an edge of the body.
 const CORRECTION_TX: f32 = 4.0;
+
+/// Step of the light, in widths of the photon's texel, beyond which it says nothing.
+const MOST_STRETCH: f32 = 1.0e4;
 
 /// Numbers of the pass.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -83,6 +89,8 @@ pub struct Options {
     pub curvature_of_normals: bool,
     /// Whether the scene has water, which alone emits photons then.
     pub water: bool,
+    /// Whether ray differentials are followed, by the shape operators of the faces.
+    pub differentials: bool,
 }
 
 /// Bindings: photons' view, map's view, light, numbers; front position, normal, material, curvature; back position, normal, curvature; receivers'
@@ -103,13 +111,10 @@ pub const BINDINGS: [BindingKind; 13] = [
     BindingKind::Texture,
 ];
 
-/// The program.
-#[must_use]
-pub fn program(options: Options) -> Arc<Program> {
-    let flag = |name, value: bool| (name, f64::from(u8::from(value)));
-    Arc::new(Program {
-        bindings: BINDINGS.to_vec(),
-        wgsl: Some(concat!(
+/// The WGSL sources that both programs share, and their own.
+macro_rules! sources {
+    ($($own:literal),+) => {
+        concat!(
             include_str!("../../math/optics.wgsl"),
             include_str!("../passes/fullscreen.wgsl"),
             include_str!("../passes/shadow_map.wgsl"),
@@ -117,8 +122,24 @@ pub fn program(options: Options) -> Arc<Program> {
             include_str!("../passes/texel_or_zero.wgsl"),
             include_str!("receiver_search.wgsl"),
             include_str!("lens.wgsl"),
-            include_str!("photons.wgsl")
-        )),
+            include_str!("photons.wgsl"),
+            $(include_str!($own)),+
+        )
+    };
+}
+
+/// The program.
+#[must_use]
+pub fn program(options: Options) -> Arc<Program> {
+    let flag = |name, value: bool| (name, f64::from(u8::from(value)));
+    let (name, wgsl) = if options.differentials {
+        ("photons_with_differentials", sources!("../passes/shape_operator.wgsl", "ray_differential.wgsl", "photons_bent.wgsl"))
+    } else {
+        ("photons", sources!("photons_plain.wgsl"))
+    };
+    Arc::new(Program {
+        bindings: BINDINGS.to_vec(),
+        wgsl: Some(wgsl),
         wgsl_constants: vec![
             ("search", f64::from(options.search as u8)),
             flag("lossless", options.lossless),
@@ -127,7 +148,7 @@ pub fn program(options: Options) -> Arc<Program> {
             flag("curvature_of_normals", options.curvature_of_normals),
             flag("water", options.water),
         ],
-        ..Program::new("photons", FullscreenVertex, Fragment { options })
+        ..Program::new(name, FullscreenVertex, Fragment { options })
     })
 }
 
@@ -161,6 +182,10 @@ impl FragmentShader for Fragment {
         output.color[0] = v4(zero, zero, zero, zero);
         output.color[1] = output.color[0];
         output.color[2] = output.color[0];
+        if self.options.differentials {
+            output.color[3] = output.color[0];
+            output.color[4] = output.color[0];
+        }
         if !emits.any() {
             return;
         }
@@ -194,6 +219,21 @@ impl FragmentShader for Fragment {
         };
         let all = zero.equals(zero);
         let (mut exits, mut closed) = (all, all);
+        let axes = view_axes(&view.view.clip_from_world);
+        let divergence =
+            if light.position_ws.w == 0.0 { zero } else { one / (p - V3::splat(input.token, light.position_ws.truncate())).length() };
+        let mut bends = [Differential { position: v3(zero, zero, zero), direction: v3(zero, zero, zero) }; 2];
+        if self.options.differentials {
+            let forms = forms_of(load(bindings.texture(7), input.position.x.floor(), input.position.y.floor(), 0, 0));
+            for (bend, step) in bends.iter_mut().zip(view.steps_at(p)) {
+                let across = step - d * step.dot(d);
+                let arriving = Differential { position: step, direction: across * divergence }.onto(d, n);
+                let turned = turn(axes, forms, n, arriving.position);
+                let (back, through) = (arriving.reflected(d, n, turned), arriving.refracted(d, n, turned, one / index));
+                bend.position = arriving.position;
+                bend.direction = V3::select(mirror, back.direction, through.direction);
+            }
+        }
         if !self.options.water && glass.any() {
             let exit = self.exit(bindings, (input.position.x.floor(), input.position.y.floor()), p, d, inside);
             let (out, passes_out) = refract_by(inside, exit.normal, index);
@@ -201,6 +241,16 @@ impl FragmentShader for Fragment {
             let kept = absorbed(colour, exit.thickness);
             exits = !glass | passes_out;
             closed = !glass | exit.exists;
+            if self.options.differentials {
+                let path = if self.options.thick { exit.thickness } else { zero };
+                for bend in &mut bends {
+                    let within = bend.transferred(path).onto(inside, exit.normal);
+                    let turned = turn(axes, exit.forms, exit.normal, within.position);
+                    let left = within.refracted(inside, exit.normal, turned, index);
+                    bend.position = V3::select(glass, left.position, bend.position);
+                    bend.direction = V3::select(glass, left.direction, bend.direction);
+                }
+            }
             flight = Flight {
                 origin: V3::select(glass, exit.position, flight.origin),
                 ray: V3::select(glass & passes_out, out, flight.ray),
@@ -229,8 +279,6 @@ impl FragmentShader for Fragment {
         } else {
             flight.share
         };
-        let divergence =
-            if light.position_ws.w == 0.0 { zero } else { one / (p - V3::splat(input.token, light.position_ws.truncate())).length() };
         let beam = beam_diameter(&flight.faces, mirror, divergence, landing.distance, self.options.thick);
         let beam = beam * width.sqrt();
 
@@ -251,7 +299,22 @@ impl FragmentShader for Fragment {
         output.color[0] = v4(at.x, at.y, at.z, L::select(emitted, ends, zero));
         output.color[1] = v4(ray.x, ray.y, ray.z, L::select(lands, beam, zero));
         output.color[2] = v4(flux.x, flux.y, flux.z, L::select(emitted, before, zero));
+        if self.options.differentials {
+            for (k, bend) in bends.iter().enumerate() {
+                let step = bend.transferred(landing.distance).position;
+                // Beyond all sense next to total reflection, and where the light sees a face edge-on.
+                let known = lands & step.dot(step).lt(width * (MOST_STRETCH * MOST_STRETCH));
+                let step = V3::select(known, step, nothing);
+                output.color[3 + k] = v4(step.x, step.y, step.z, L::select(known, one, zero));
+            }
+        }
     }
+}
+
+/// Forms of a shape operator in a texel of a light buffer.
+#[inline(always)]
+fn forms_of<L: Lanes>(texel: V4<L>) -> V3<L> {
+    v3(texel.y, texel.z, texel.w)
 }
 
 /// Where light leaves a body of glass.
@@ -262,6 +325,8 @@ struct Exit<L: Lanes> {
     /// Length of the path inside, m.
     thickness: L,
     curvature: L,
+    /// The forms of its shape operator.
+    forms: V3<L>,
     /// Whether there is a back face behind the front face at all.
     exists: L::Mask,
 }
@@ -280,7 +345,7 @@ impl Fragment {
         let view: &TexelView = bindings.uniform(0);
         let numbers: &PhotonsUniform = bindings.uniform(3);
         let (position, normal) = (bindings.texture(8), bindings.texture(9));
-        let zero = x.like(0.0);
+        let (zero, one) = (x.like(0.0), x.like(1.0));
         // Thickness along the light [Wyman 2005, d_V]. An open sheet has no back, or is its own.
         let there: V4<L> = load(position, x, y, 0, 0);
         let straight = there.xyz() - p;
@@ -314,13 +379,16 @@ impl Fragment {
         // Beside all back faces light leaves through the side, across the light's ray.
         let side = -(inside - d * inside.dot(d)).normalize();
         let facing = V3::select(back.exists, back.normal, side);
-        let facing = V3::select(facing.dot(inside).gt(zero), -facing, facing);
+        let away = facing.dot(inside).gt(zero);
+        let facing = V3::select(away, -facing, facing);
+        let bends = load(bindings.texture(10), at.x.floor(), at.y.floor(), 0, 0);
         let curvature = if self.options.curvature_of_normals {
             curvature_of_normals(position, normal, at.x.floor(), at.y.floor())
         } else {
-            load(bindings.texture(10), at.x.floor(), at.y.floor(), 0, 0).x
+            bends.x
         };
-        Exit { position: end, normal: facing, thickness, curvature: L::select(back.exists, curvature, zero), exists }
+        let forms = V3::select(back.exists, forms_of(bends) * L::select(away, -one, one), v3(zero, zero, zero));
+        Exit { position: end, normal: facing, thickness, curvature: L::select(back.exists, curvature, zero), forms, exists }
     }
 
     /// Component along the view's axis.

@@ -40,10 +40,22 @@ struct PhotonsUniform {
 @group(0) @binding(11) var receiver_positions: texture_2d<f32>;
 @group(0) @binding(12) var receiver_normals: texture_2d<f32>;
 
-struct Targets {
-    @location(0) position: vec4<f32>,
-    @location(1) direction: vec4<f32>,
-    @location(2) flux: vec4<f32>,
+// Where a photon ends, and what a differential of its ray needs.
+struct Photon {
+    position: vec4<f32>,
+    direction: vec4<f32>,
+    flux: vec4<f32>,
+    p: vec3<f32>,
+    d: vec3<f32>,
+    normal: vec3<f32>,
+    inside: vec3<f32>,
+    index: f32,
+    divergence: f32,
+    width: f32,
+    mirror: bool,
+    glass: bool,
+    leaving: Exit,
+    distance: f32,
 }
 
 struct Back {
@@ -57,6 +69,7 @@ struct Exit {
     normal: vec3<f32>,
     thickness: f32,
     curvature: f32,
+    forms: vec3<f32>,
     exists: bool,
 }
 
@@ -130,27 +143,27 @@ fn exit_of(texel: vec2<f32>, p: vec3<f32>, d: vec3<f32>, inside: vec3<f32>) -> E
     let back = back_at(at);
     let side = -normalize(inside - d * dot(inside, d));
     var facing = select(side, back.normal, back.exists);
+    let bends = texel_or_zero(back_curvatures, at);
+    var forms = select(vec3<f32>(), bends.yzw, back.exists);
     if dot(facing, inside) > 0.0 {
         facing = -facing;
+        forms = -forms;
     }
-    var curvature = 0.0;
+    var curvature = bends.x;
     if curvature_of_normals {
         curvature = curvature_from_normals(back_positions, back_normals, floor(at));
-    } else {
-        curvature = texel_or_zero(back_curvatures, at).x;
     }
-    return Exit(end, facing, thickness, select(0.0, curvature, back.exists), exists);
+    return Exit(end, facing, thickness, select(0.0, curvature, back.exists), forms, exists);
 }
 
-@fragment
-fn fs(@builtin(position) pixel: vec4<f32>) -> Targets {
-    let texel = floor(pixel.xy);
+fn photon_in(texel: vec2<f32>) -> Photon {
+    var photon = Photon();
     let here = texel_or_zero(front_normals, texel);
     let mirror = here.w == MIRROR;
     let glass = here.w == GLASS;
     let surface = here.w == WATER;
     if !select(mirror || glass, surface, water) {
-        return Targets(vec4<f32>(), vec4<f32>(), vec4<f32>());
+        return photon;
     }
     let p = texel_or_zero(front_positions, texel).xyz;
     let n = here.xyz;
@@ -179,6 +192,7 @@ fn fs(@builtin(position) pixel: vec4<f32>) -> Targets {
     var closed = true;
     if glass {
         let leaving = exit_of(texel, p, d, inside);
+        photon.leaving = leaving;
         exits = refracts(inside, leaving.normal, index);
         closed = leaving.exists;
         let leaves = 1.0 - fresnel_reflectance_by(-dot(inside, leaving.normal), index);
@@ -208,12 +222,22 @@ fn fs(@builtin(position) pixel: vec4<f32>) -> Targets {
     ends = select(NO_EXIT, ends, closed);
     let before = arriving.r + arriving.g + arriving.b;
     if before <= 0.0 {
-        return Targets(vec4<f32>(), vec4<f32>(), vec4<f32>());
+        return photon;
     }
     let followed = enters && exits && closed;
     let flux = vec4<f32>(select(arriving, arriving * share, followed), before);
-    if ends != LANDED {
-        return Targets(vec4<f32>(0.0, 0.0, 0.0, ends), vec4<f32>(), flux);
-    }
-    return Targets(vec4<f32>(landing.position, ends), vec4<f32>(ray, beam), flux);
+    photon.flux = flux;
+    photon.position = vec4<f32>(select(vec3<f32>(), landing.position, ends == LANDED), ends);
+    photon.direction = select(vec4<f32>(), vec4<f32>(ray, beam), ends == LANDED);
+    photon.p = p;
+    photon.d = d;
+    photon.normal = n;
+    photon.inside = inside;
+    photon.index = index;
+    photon.divergence = divergence;
+    photon.width = width;
+    photon.mirror = mirror;
+    photon.glass = glass;
+    photon.distance = landing.distance;
+    return photon;
 }

@@ -85,6 +85,8 @@ choices! {
     pub enum CurvatureFrom {
         /// Mean curvature at the vertices of the mesh.
         Mesh,
+        /// Both principal curvatures there: splats are parallelograms, as long and as wide as the beam.
+        Both,
         /// Differences of normals between texels of the photons' view.
         Normals,
     }
@@ -132,5 +134,13 @@ settings! {
         shared eye_refraction;
         shared shadow_map_size;
         shared samples;
+    }
+}
+
+impl Splatting {
+    /// Whether splats follow both principal curvatures.
+    #[must_use]
+    pub fn has_both_curvatures(&self) -> bool {
+        self.splats == Splats::Lens && self.curvature == CurvatureFrom::Both
     }
 }
