@@ -20,6 +20,7 @@ mod render;
 mod renderer;
 mod tables;
 mod trace;
+mod truth;
 
 use std::ffi::OsString;
 use std::fmt::Write as _;

@@ -10,6 +10,7 @@ use nephroid_math::vector::v3;
 use nephroid_scene::Light;
 use nephroid_scene::geom::Aabb;
 
+use super::hits::Hit;
 use crate::passes::light_view::TexelView;
 use crate::surfaces::{Arrival, Followed, Surfaces};
 
@@ -85,30 +86,8 @@ struct Ends {
 /// Follows the light of each texel of a view to receivers in `reached`. `lossless`: only paths that image space can follow, without losses but those of
 /// mirrors.
 pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, reached: Aabb, lossless: bool) -> ExactPhotons {
-    let (columns, rows) = (view.size_tx.x as u32, view.size_tx.y as u32);
-    let world_from_clip = view.view.clip_from_world.inverse();
-    let ends: Vec<Vec<Ends>> = (0..rows)
-        .into_par_iter()
-        .map(|y| {
-            let texel = |x: u32| {
-                let ndc = |depth| {
-                    Vec3::new((x as f32 + 0.5) * (2.0 * view.size_tx.z) - 1.0, 1.0 - (y as f32 + 0.5) * (2.0 * view.size_tx.w), depth)
-                };
-                let (start, end) = (world_from_clip.project_point3(ndc(0.0)), world_from_clip.project_point3(ndc(1.0)));
-                let Followed { first, mut arrivals, mut missed, mut dropped } =
-                    surfaces.arrivals(start, (end - start).normalize_or_zero())?;
-                if lossless {
-                    (missed, dropped) = (Vec3::ZERO, Vec3::ZERO);
-                    arrivals.retain(|arrival| arrival.plain);
-                    arrivals.iter_mut().for_each(|arrival| arrival.share = arrival.tint);
-                }
-                let area = view.area_at(v3(first.x, first.y, first.z));
-                Some(Ends { flux: light.incident(first).irradiance * area, width: area.sqrt(), arrivals, missed, dropped })
-            };
-            (0..columns).map(|x| texel(x).unwrap_or_default()).collect()
-        })
-        .collect();
-    let records: Vec<Vec<PhotonRecord>> = (0..rows as usize)
+    let ends = ends_of(surfaces, light, view, lossless);
+    let records: Vec<Vec<PhotonRecord>> = (0..ends.len())
         .into_par_iter()
         .map(|y| {
             let at = |x: usize, y: usize, hash: u64| by_path(ends.get(y)?.get(x)?, hash);
@@ -139,6 +118,34 @@ pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, reached: Aab
         dropped_w: lit().map(|ends| watts(ends.flux * ends.dropped)).sum(),
     };
     ExactPhotons { beyond: beyond.len() as u64, arrived: lit().count() as u64, light, records }
+}
+
+/// The ends of all rays of a view, row by row.
+fn ends_of(surfaces: &Surfaces, light: &Light, view: &TexelView, lossless: bool) -> Vec<Vec<Ends>> {
+    let (columns, rows) = (view.size_tx.x as u32, view.size_tx.y as u32);
+    let world_from_clip = view.view.clip_from_world.inverse();
+    let texel = |x: u32, y: u32| {
+        let ndc = |depth| Vec3::new((x as f32 + 0.5) * (2.0 * view.size_tx.z) - 1.0, 1.0 - (y as f32 + 0.5) * (2.0 * view.size_tx.w), depth);
+        let (start, end) = (world_from_clip.project_point3(ndc(0.0)), world_from_clip.project_point3(ndc(1.0)));
+        let Followed { first, mut arrivals, mut missed, mut dropped } = surfaces.arrivals(start, (end - start).normalize_or_zero())?;
+        if lossless {
+            (missed, dropped) = (Vec3::ZERO, Vec3::ZERO);
+            arrivals.retain(|arrival| arrival.plain);
+            arrivals.iter_mut().for_each(|arrival| arrival.share = arrival.tint);
+        }
+        let area = view.area_at(v3(first.x, first.y, first.z));
+        Some(Ends { flux: light.incident(first).irradiance * area, width: area.sqrt(), arrivals, missed, dropped })
+    };
+    (0..rows).into_par_iter().map(|y| (0..columns).map(|x| texel(x, y).unwrap_or_default()).collect()).collect()
+}
+
+/// By texel, row by row: where the path ends that image space follows.
+pub(super) fn plain_hits(surfaces: &Surfaces, light: &Light, view: &TexelView) -> Vec<Option<Hit>> {
+    let hit = |ends: Ends| {
+        let arrival = ends.arrivals.first()?;
+        Some(Hit { position: arrival.position, flux: ends.flux * arrival.share, width_m: ends.width })
+    };
+    ends_of(surfaces, light, view, true).into_iter().flatten().map(hit).collect()
 }
 
 /// Where a path of a texel ends.

@@ -13,6 +13,7 @@ use super::settings::{Gather, Intersection, Splatting, Views};
 use super::totals::Totals;
 use super::views::{LightViews, Stage, Wanted};
 use crate::builder::state::clear;
+use crate::builder::cut_level;
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight, ViewOptions};
 use crate::passes::light_buffer::Keep;
 use crate::receivers::Receivers;
@@ -40,6 +41,23 @@ pub struct Shared {
     pub surfaces: Surfaces,
     /// The objects' vertices, with curvature.
     pub vertices: Vertices,
+}
+
+impl Shared {
+    /// What the frames of a scene with these settings share.
+    ///
+    /// # Errors
+    /// If a mesh cannot be loaded.
+    pub fn new(scene: &Scene, settings: &Splatting) -> Result<Self, RenderError> {
+        let receivers = Receivers::new(scene, cut_level(scene, settings.eye_refraction))?;
+        let meshes = scene.objects.iter().enumerate().map(|(index, object)| {
+            let mesh = scene.mesh(index)?.transformed(object.transform.world_from_object());
+            Ok((mesh, object.material.clone()))
+        });
+        let surfaces = Surfaces::new(meshes.collect::<Result<_, RenderError>>()?);
+        let vertices = Vertices::new(&receivers, settings);
+        Ok(Self { receivers, surfaces, vertices })
+    }
 }
 
 /// A moment whose photons are in the map.
@@ -127,7 +145,10 @@ pub fn build(scene: &Scene, shared: &Shared, moments: &[Moment], settings: &Spla
 
 fn emitters<'a>(builder: &mut FrameBuilder<'_>, shared: &Shared, moment: &'a Moment, settings: &Splatting) -> Emitters<'a> {
     let wet = moment.field.as_ref().filter(|_| settings.intersection == Intersection::Exact).zip(builder.scene.water.as_ref());
-    let rays = wet.map(|(field, water)| shared.surfaces.with(mesh_of(field), body_of(water, builder.scene)));
+    let rays = wet.map(|(field, water)| {
+        let (mesh, body) = mesh_and_body(builder.scene, water, field);
+        shared.surfaces.with(mesh, body)
+    });
     Emitters { moment, surfaces: surfaces(builder, shared, moment.field.as_ref()), rays }
 }
 
@@ -143,10 +164,8 @@ fn nothing(builder: &mut FrameBuilder<'_>, light: &FrameLight, targets: &Caustic
 }
 
 /// The water's surface as a mesh, and as the boundary of a body.
-fn mesh_of(field: &HeightField) -> Mesh {
-    Mesh { positions: field.positions_ws(), normals: field.normals_ws.clone(), indices: field.triangle_indices(), ..Mesh::default() }
-}
-
-fn body_of(water: &Water, scene: &Scene) -> Material {
-    Material::Dielectric { ior: water.ior, abbe: None, absorption: scene.medium.sigma_t() }
+pub(super) fn mesh_and_body(scene: &Scene, water: &Water, field: &HeightField) -> (Mesh, Material) {
+    let mesh =
+        Mesh { positions: field.positions_ws(), normals: field.normals_ws.clone(), indices: field.triangle_indices(), ..Mesh::default() };
+    (mesh, Material::Dielectric { ior: water.ior, abbe: None, absorption: scene.medium.sigma_t() })
 }

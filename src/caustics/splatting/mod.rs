@@ -13,6 +13,7 @@
 //! | `receiver_search` | where a ray ends among the receivers |
 //! | `lens` | how wide a beam is after a lens |
 //! | `ray_differential` | how a ray is bent by both curvatures of each face |
+//! | `hits` | where photons of pictures should land |
 //! | `exact` | photons that are followed through the triangles of the scene |
 //! | `splats` | photons as vertices; round splats of one size, or by the lens |
 //! | `sizes` | splats of four sizes, and the choice among them |
@@ -36,6 +37,7 @@ mod error;
 pub mod exact;
 pub mod frame;
 pub mod gather;
+pub mod hits;
 pub mod lens;
 mod light_pass;
 pub mod photons;
@@ -58,9 +60,7 @@ use nephroid_pipeline::Device;
 use nephroid_scene::water::{HeightField, WaterSim};
 use nephroid_scene::{Group, Scene, Settings};
 
-use super::builder::cut_level;
-use super::surfaces::Surfaces;
-use super::{Builder, Feature, Layout, Receivers, RenderError, Technique, TechniqueFrame, Variant};
+use super::{Builder, Feature, Layout, RenderError, Technique, TechniqueFrame, Variant};
 use crate::layout;
 use exact::PhotonRecord;
 use frame::{Moment, Shared};
@@ -113,25 +113,20 @@ impl Technique for SplattingTechnique {
     }
     fn variants(&self) -> Vec<Variant> {
         let sizes = Splatting { splats: Splats::Sizes, ..Splatting::default() };
+        let curvatures = Splatting { splats: Splats::Lens, curvature: CurvatureFrom::Both, ..Splatting::default() };
         let exact = Splatting { intersection: Intersection::Exact, ..Splatting::default() };
         vec![
             Variant { name: "", settings: None },
             Variant { name: "paper", settings: Some(self.settings().paper()) },
             Variant { name: "sizes", settings: Some(sizes.boxed()) },
+            Variant { name: "curvatures", settings: Some(curvatures.boxed()) },
             Variant { name: "exact", settings: Some(exact.boxed()) },
         ]
     }
     fn prepare(&self, scene: &Scene) -> Result<Box<dyn Builder>, RenderError> {
         let settings = scene.techniques.get::<Splatting>();
-        let receivers = Receivers::new(scene, cut_level(scene, settings.eye_refraction))?;
-        let meshes = scene.objects.iter().enumerate().map(|(index, object)| {
-            let mesh = scene.mesh(index)?.transformed(object.transform.world_from_object());
-            Ok((mesh, object.material.clone()))
-        });
-        let surfaces = Surfaces::new(meshes.collect::<Result<_, RenderError>>()?);
-        let vertices = drawn::Vertices::new(&receivers, settings);
         let water = scene.water.as_ref().map(|water| water.simulator());
-        Ok(Box::new(SplattingBuilder { shared: Shared { receivers, surfaces, vertices }, water, fields: Vec::new() }))
+        Ok(Box::new(SplattingBuilder { shared: Shared::new(scene, settings)?, water, fields: Vec::new() }))
     }
 }
 

@@ -13,18 +13,16 @@ use super::table::{Column, Results};
 use crate::caustics::{RenderOptions, Renderer, Techniques};
 use crate::cli::args::{ImageSize, SettingArgument};
 use crate::cli::progress::Progress;
+use crate::cli::truth::{self, Truth};
 use crate::cli::{files, renderer};
 use crate::image::LayerSet;
-use crate::metrics::{Pair, quantile};
-use crate::report::{Judged, judge, number};
+use crate::metrics::quantile;
+use crate::report::number;
 use crate::scene::Scene;
-use crate::trace::{Measured, Points, TraceOptions, Tracer, camera_points};
+use crate::trace::camera_points;
 
 /// Photons of the ground truth if no number is given.
 pub const DEFAULT_PHOTONS: u64 = 50_000_000;
-
-/// Layers that are compared, and layers that locate their points.
-const LAYERS: [&str; 4] = ["caustic_irradiance", "position", "normal", "depth"];
 
 /// The scene and the techniques to compare.
 #[derive(Debug)]
@@ -47,15 +45,6 @@ pub struct Request {
     pub settings: Vec<SettingArgument>,
 }
 
-/// The ground truth at the points of one technique's picture.
-struct Truth {
-    points: Points,
-    irradiance: Measured,
-    areas: Vec<f32>,
-    photons: u64,
-    noise: f64,
-}
-
 /// Compares every technique with the ground truth.
 ///
 /// # Errors
@@ -73,16 +62,17 @@ pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Resu
         let options = RenderOptions {
             technique: (*technique).to_owned(),
             techniques: request.known,
-            layers: Some(LAYERS.map(str::to_owned).to_vec()),
+            layers: Some(truth::LAYERS.map(str::to_owned).to_vec()),
             ..RenderOptions::default()
         };
         let rendered = Renderer::new(&scene, &options)?.render(&scene, None)?.layers;
-        let points = points(&rendered).context("a technique did not draw its layers")?;
+        let points = truth::points(&rendered).context("a technique did not draw its layers")?;
         let known = truths.iter().position(|truth| truth.points.positions == points.positions && truth.points.normals == points.normals);
         let index = match known {
             Some(index) => index,
             None => {
-                truths.push(truth(&scene, points, request, |photons| progress.reach((number as u64 * request.photons + photons) / 1000))?);
+                let told = |photons| progress.reach((number as u64 * request.photons + photons) / 1000);
+                truths.push(Truth::new(&scene, points, request.photons, request.seed, told)?);
                 truths.len() - 1
             }
         };
@@ -120,30 +110,6 @@ fn picture_path(picture: Option<&Path>, request: &Request, technique: &str) -> P
     }
 }
 
-/// The points that a technique's picture shows; `None` without the layers that locate them.
-fn points(layers: &LayerSet) -> Option<Points> {
-    let (position, normal, depth) = (layers.get("position")?, layers.get("normal")?, layers.get("depth")?);
-    let seen = depth.planes()[0].pixels().iter().map(|depth| depth.is_finite());
-    Some(Points {
-        columns: position.width(),
-        rows: position.height(),
-        positions: position.rgb().into_iter().zip(seen).map(|(p, seen)| seen.then(|| Vec3::from_array(p))).collect(),
-        normals: normal.rgb().into_iter().map(|n| Vec3::from_array(n).normalize_or_zero()).collect(),
-    })
-}
-
-fn truth(scene: &Scene, points: Points, request: &Request, told: impl Fn(u64)) -> anyhow::Result<Truth> {
-    let options = TraceOptions { seed: request.seed, points: Some(points.clone()), ..TraceOptions::default() };
-    let mut tracer = Tracer::new(scene, &options)?;
-    while tracer.photons() < request.photons || tracer.batches() < 2 {
-        tracer.run_batch();
-        told(tracer.photons());
-    }
-    let irradiance = tracer.pixels().context("the ground truth has no pixels")?;
-    let areas = tracer.pixel_areas().context("the ground truth has no pixels")?.iter().map(|&area| area as f32).collect();
-    Ok(Truth { points, irradiance, areas, photons: tracer.photons(), noise: tracer.noise() })
-}
-
 fn judge_technique(
     technique: &str,
     scene: &Scene,
@@ -153,14 +119,11 @@ fn judge_technique(
     path: &Path,
 ) -> anyhow::Result<Column> {
     let layer = layers.get("caustic_irradiance").context("the technique has no caustic irradiance")?;
-    let measured = &truth.irradiance;
-    let test = layer.rgb();
-    let reference: Vec<[f32; 3]> = measured.mean.iter().map(|v| v.map(|c| c as f32)).collect();
-    let variance: Vec<[f32; 3]> = measured.standard_error.iter().map(|v| v.map(|e| (e * e) as f32)).collect();
-    let pair = Pair::with_mask(measured.columns, measured.rows, &reference, &test, measured.valid.as_deref())?;
-    let verdicts = judge(&Judged { pair, areas_m2: Some(&truth.areas), variance: Some(&variance), display: false });
+    let (test, reference) = (layer.rgb(), truth.reference());
+    let pair = truth.pair(&reference, &test)?;
+    let verdicts = truth.judge(pair);
     let mut facts = Vec::new();
-    let mut off: Vec<f64> = (0..reference.len()).filter(|&k| pair.counts(k)).filter_map(|k| view_error_px(truth, seen, k)).collect();
+    let mut off: Vec<f64> = (0..reference.len()).filter(|&k| pair.counts(k)).filter_map(|k| truth.view_error_px(seen, k)).collect();
     for (name, share) in [("view_px, median", 0.5), ("view_px, 95 % quantile", 0.95)] {
         if let Some(value) = quantile(&mut off, share) {
             facts.push((name.to_owned(), number_of(value)));
@@ -169,11 +132,4 @@ fn judge_technique(
     let title = if scene.title.is_empty() { "Caustic irradiance".to_owned() } else { format!("{}: caustic irradiance", scene.title) };
     pictures::draw(path, &title, pair, ("Ground truth", technique), "W/m²", &verdicts)?;
     Ok(Column { name: technique.to_owned(), verdicts, facts })
-}
-
-/// Distance in pixels between the point that a pixel shows and the point that the eye would see there.
-fn view_error_px(truth: &Truth, seen: &[Option<Vec3>], pixel: usize) -> Option<f64> {
-    let (shown, seen) = (truth.points.positions[pixel]?, seen[pixel]?);
-    let width = f64::from(truth.areas[pixel]).sqrt();
-    (width > 0.0).then(|| f64::from(shown.distance(seen)) / width)
 }

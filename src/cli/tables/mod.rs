@@ -19,6 +19,10 @@ pub struct LowArgs {
     #[arg(long, value_name = "TECHNIQUE")]
     paper: Paper,
 
+    /// Which of `splatting`'s tables
+    #[arg(long, value_name = "NAME", default_value = "rates")]
+    table: Table,
+
     /// The folder with the scenes of this repository
     #[arg(long, value_name = "FOLDER", default_value = "scenes", value_hint = ValueHint::DirPath)]
     scenes: PathBuf,
@@ -45,12 +49,27 @@ enum Paper {
     Splatting,
 }
 
+/// Tables that can be measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Table {
+    /// Frames per second, as in the paper
+    Rates,
+    /// Errors of its methods against the ground truth, at equal photons and at equal time
+    Errors,
+    /// Where photons land in pictures and in triangles
+    Hits,
+    /// What each decision that the paper leaves open changes
+    Decisions,
+}
+
 /// Measures and prints the tables.
 ///
 /// # Errors
 /// If a scene or a model cannot be loaded or rendered, or stdout cannot be written to.
 pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
     ensure!(low.models.is_none() || low.paper == Paper::Splatting, "--models names the meshes of another paper; add --paper splatting");
+    ensure!(low.table == Table::Rates || low.paper == Paper::Splatting, "--table names a table of another paper; add --paper splatting");
+    ensure!(low.table == Table::Rates || low.models.is_none(), "--models is for --table rates; the others measure the scenes of this repository");
     interrupt::install()?;
     match low.paper {
         Paper::LightVolumes => light_volumes::run(low, techniques),

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
+use super::rates::{METHODS, Measured, PHOTONS};
 use super::scenes::SCENES;
-use super::{METHODS, Measured, PHOTONS};
 use crate::cli::tables::measure::Cell;
 
 /// Parts of a frame: their names, and prefixes of the labels of their passes. What is left is the picture.
