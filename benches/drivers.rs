@@ -7,10 +7,12 @@
 
 mod shared;
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use nephroid::caustics::{RenderOptions, Renderer};
+use nephroid::caustics::splatting::{Splats, Splatting};
+use nephroid::caustics::{RenderOptions, Renderer, TECHNIQUES};
 use nephroid::frame::{BindEntry, ColorAttachment, CpuExecutor, DepthStencilAttachment, Draw, Executor as _, Frame, Pass};
 use nephroid::gpu::{Gpu, GpuFrame, Vertices, adapters};
 use nephroid::pipeline::state::{
@@ -18,6 +20,7 @@ use nephroid::pipeline::state::{
     StencilFaceState, StencilOperation, StencilState, TextureFormat,
 };
 use nephroid::pipeline::{Buffer, Device, DeviceOptions, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
+use nephroid::scene::Scene;
 
 use shared::{FRAMES, PAPER_FRAMES, PaperFrame, PassClock, SIZE, median, paper_scene, triangles, wanted};
 
@@ -36,6 +39,11 @@ enum Mode {
     AddDepth,
     Stencil,
 }
+
+/// Scenes and methods of `splatting` whose frames are measured: the diameters of splats are those of the paper, but for the last.
+const SPLATTING_SCENES: [&str; 3] = ["ball", "glass", "knots"];
+const SPLATTING_METHODS: [(&str, Splats, f32); 4] =
+    [("fixed", Splats::Fixed, 7.0), ("A", Splats::Sizes, 7.0), ("B", Splats::Lens, 7.0), ("C", Splats::Differential, 3.0)];
 
 /// A drawing of `count` primitives; `draws` of them in one pass.
 fn microbenchmark(mode: Mode, topology: PrimitiveTopology, count: u32, pixels: f32, draws: u32) -> Frame {
@@ -188,14 +196,30 @@ fn main() {
         let mut scene = paper_scene(scene, grid, size);
         scene.objects.truncate(objects);
         scene.time_s = 1.0;
-        let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("a renderer");
-        let frame = Arc::new(renderer.build(&scene).expect("a frame").frame);
-        let software = time_software(&frame);
-        let drivers: Vec<Timed> = gpus.iter().map(|gpu| time_driver(gpu, &frame)).collect();
-        header(&name, &gpus);
-        row(&format!("whole frame (the paper's GPU: {paper})"), software.whole, drivers.iter().map(|d| d.whole));
-        for (k, pass) in frame.passes.iter().enumerate() {
-            row(&format!("pass `{}`", pass.label), software.passes[k], drivers.iter().map(|d| d.passes[k]));
+        whole_frame(&name, &format!("the paper's GPU: {paper}"), &scene, &RenderOptions::default(), &gpus);
+    }
+    for (scene, (method, splats, splat_size)) in SPLATTING_SCENES.into_iter().flat_map(|scene| SPLATTING_METHODS.map(|method| (scene, method))) {
+        let name = format!("splatting, {scene}, {method}, 512x512 photons, 512x512 pixels");
+        if !wanted(&format!("frame {name}")) {
+            continue;
         }
+        let mut scene = TECHNIQUES.load(Path::new(&format!("scenes/{scene}.ron"))).expect("a shipped scene");
+        (scene.image.width, scene.image.height) = (512, 512);
+        *scene.techniques.edit::<Splatting>() = Splatting { splats, splat_size, ..Splatting::default() };
+        let options = RenderOptions { technique: "splatting".into(), ..RenderOptions::default() };
+        whole_frame(&name, "mirrors or glass, everything drawn again", &scene, &options, &gpus);
+    }
+}
+
+/// A table of a whole frame and each of its passes.
+fn whole_frame(name: &str, note: &str, scene: &Scene, options: &RenderOptions, gpus: &[Gpu]) {
+    let mut renderer = Renderer::new(scene, options).expect("a renderer");
+    let frame = Arc::new(renderer.build(scene).expect("a frame").frame);
+    let software = time_software(&frame);
+    let drivers: Vec<Timed> = gpus.iter().map(|gpu| time_driver(gpu, &frame)).collect();
+    header(name, gpus);
+    row(&format!("whole frame ({note})"), software.whole, drivers.iter().map(|d| d.whole));
+    for (k, pass) in frame.passes.iter().enumerate() {
+        row(&format!("pass `{}`", pass.label), software.passes[k], drivers.iter().map(|d| d.passes[k]));
     }
 }

@@ -1,8 +1,8 @@
 //! From a frame's textures to named layers: crops the margin and reduces samples to pixels. Rows are computed in parallel.
 
 use nephroid_image::{Image, Layer, LayerError, LayerSet, STANDARD_LAYERS};
-use nephroid_pipeline::frame::{Frame, FrameOutput, TextureId};
-use nephroid_pipeline::{Surface, Texture};
+use nephroid_pipeline::Surface;
+use nephroid_pipeline::frame::{AttachmentView, Frame, FrameOutput};
 
 use super::passes::geometry_buffer::MaterialKind;
 use super::{LayerSource, Resolve, TechniqueFrame};
@@ -27,9 +27,9 @@ pub(super) fn extract(built: &TechniqueFrame, output: &FrameOutput<'_>, names: O
                 match built.layers.iter().find(|l| l.name == *name) {
                     Some(source) => set.push(read(built, source, output)?)?,
                     None => {
-                        if let Some(id) = attachment(&built.frame, name) {
+                        if let Some(view) = attachment(&built.frame, name) {
                             // Layers have no spaces in their names; passes and attachments have.
-                            set.push(raw(&name.replace(' ', "_"), output.texture(id))?)?;
+                            set.push(raw(&name.replace(' ', "_"), output.texture(view.texture).surface(view.level, view.layer))?)?;
                         }
                     }
                 }
@@ -39,13 +39,13 @@ pub(super) fn extract(built: &TechniqueFrame, output: &FrameOutput<'_>, names: O
     Ok(set)
 }
 
-/// The texture of `pass/attachment`.
-pub(super) fn attachment(frame: &Frame, name: &str) -> Option<TextureId> {
+/// What `pass/attachment` draws into: the level and the layer too.
+pub(super) fn attachment(frame: &Frame, name: &str) -> Option<AttachmentView> {
     let (pass, attachment) = name.rsplit_once('/')?;
     let id = frame.texture_named(attachment)?;
     let pass = &frame.passes[frame.pass_index(pass)?];
-    let views = pass.color.iter().flatten().map(|t| t.view).chain(pass.depth_stencil.iter().map(|t| t.view));
-    views.into_iter().any(|v| v.texture == id).then_some(id)
+    let mut views = pass.color.iter().flatten().map(|t| t.view).chain(pass.depth_stencil.iter().map(|t| t.view));
+    views.find(|view| view.texture == id)
 }
 
 /// Names of all attachments of a frame, as `pass/attachment`.
@@ -60,8 +60,7 @@ pub(super) fn attachment_names(frame: &Frame) -> Vec<String> {
 }
 
 /// An attachment without any change, margin and samples included.
-fn raw(name: &str, texture: &Texture) -> Result<Layer, LayerError> {
-    let surface = texture.surface(0, 0);
+fn raw(name: &str, surface: &Surface) -> Result<Layer, LayerError> {
     let plane = |c: usize| Image::from_rows(surface.width, surface.height, |y, row| fill(row, |x| surface.get(x, y, c)));
     let planes = (0..surface.channels.max(1)).map(plane).collect::<Result<Vec<_>, _>>();
     Layer::new(name, planes.map_err(|source| LayerError::Size { name: name.to_owned(), source })?)

@@ -24,6 +24,7 @@ mod seam;
 mod seen_in_glass;
 mod settings;
 mod splatting;
+mod splatting_claims;
 mod trace;
 mod trace_cli;
 mod wgsl;

@@ -133,6 +133,11 @@ fn a_ball_of_glass_makes_its_rings_of_light() {
         println!("{splats:?}: error {off}; of other glass {off_other}");
         assert!(off < bound && off_other > 1.5 * off, "{splats:?}: {off} {off_other}");
     }
+    // Both curvatures of each face say what the neighbours of a photon say.
+    (settings(&mut scene).splats, settings(&mut scene).splat_size, settings(&mut scene).curvature) = (Splats::Lens, 3.0, CurvatureFrom::Both);
+    let off = error_of(&irradiance(&scene), 1.5);
+    assert!(off < 0.012, "{off}");
+    settings(&mut scene).curvature = CurvatureFrom::Mesh;
     // The paper's searches find the same, and so does a gathering in the picture.
     (settings(&mut scene).splats, settings(&mut scene).splat_size) = (Splats::Differential, 3.0);
     for (search, gather) in [(Search::Wyman, Gather::Light), (Search::Shah, Gather::Light), (Search::Bracketed, Gather::Eye)] {
@@ -274,6 +279,7 @@ fn every_choice_is_drawn_and_counts_its_photons() {
         base,
         Splatting { splats: Splats::Lens, lens: Lens::Thin, ..base },
         Splatting { splats: Splats::Lens, curvature: CurvatureFrom::Normals, ..base },
+        Splatting { splats: Splats::Lens, curvature: CurvatureFrom::Both, ..base },
         Splatting { splats: Splats::Sizes, blend: Blend::Linear, ..base },
         Splatting { splats: Splats::Pyramid, ..base },
         Splatting { views: Views::Scene, photons: 512, map_size: 512, ..base },

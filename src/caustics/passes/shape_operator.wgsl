@@ -14,9 +14,9 @@ fn view_axes(m: mat4x4<f32>) -> ViewAxes {
     return ViewAxes(normalize(vec3<f32>(m[0].x, m[1].x, m[2].x)), normalize(vec3<f32>(m[0].y, m[1].y, m[2].y)));
 }
 
-fn forms_of(axes: ViewAxes, operator: ShapeOperator) -> vec3<f32> {
-    let d = operator.diagonal;
-    let s = operator.beside;
+fn forms_of(axes: ViewAxes, bends: ShapeOperator) -> vec3<f32> {
+    let d = bends.diagonal;
+    let s = bends.beside;
     let matrix = mat3x3<f32>(vec3<f32>(d.x, s.z, s.y), vec3<f32>(s.z, d.y, s.x), vec3<f32>(s.y, s.x, d.z));
     let sx = matrix * axes.x;
     let sy = matrix * axes.y;

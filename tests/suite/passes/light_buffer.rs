@@ -1,15 +1,18 @@
 //! What a light sees of planes, against rays in 64 bits; of several surfaces, which one, and with which index.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Quat, Vec2, Vec3};
 use nephroid::frame::{CpuExecutor, Executor as _, Frame};
 use nephroid::geom::Mesh;
 use nephroid::geom::shapes::{Grid, UvSphere};
-use nephroid::pipeline::Texture;
+use nephroid::pipeline::{Buffer, Texture};
 use nephroid::scene::{Albedo, Material};
 
 use nephroid::passes::light_buffer::{Keep, SurfaceDraw, SurfaceUniform, add};
 use nephroid::passes::light_view::{LightView, Pyramid};
 use nephroid::passes::shadow_map::LightUniform;
+use nephroid::passes::shape_operator::{ShapeOperator, view_axes};
 
 use super::executor;
 use crate::support::shared_passes::{CURVATURE, surface};
@@ -307,5 +310,41 @@ fn views_that_are_none_are_refused() {
     assert!(LightView::point(&good).is_some());
     for bad in [Pyramid { up_ws: Vec3::Z, ..good }, Pyramid { fov_y_rad: 3.2, ..good }, Pyramid { near_m: 0.0, ..good }] {
         assert!(LightView::point(&bad).is_none(), "{bad:?}");
+    }
+}
+
+/// A ball bends alike everywhere: the forms of axes x and y are those of (1 − nnᵀ)/r. Turned inside out, they change their sign.
+#[test]
+fn forms_of_a_ball_are_those_of_its_normal() {
+    let view = LightView::parallel(Vec3::new(0.3, -1.0, 0.2), Vec3::Z, Vec3::new(-1.0, -1.0, -3.0), Vec3::new(1.0, 1.0, 3.0)).expect("a box");
+    let radius_m = 0.8;
+    let [x, y] = view_axes(&view.clip_from_world).map(|axis| axis.as_dvec3());
+    for (keep, sign) in [(Keep::Nearest, 1.0), (Keep::NearestBack, -1.0)] {
+        let seen = Seen::keeping(keep, &view, SIZE, |frame| {
+            let ball = UvSphere { radius_m, slices: 96, stacks: 48 }.mesh().expect("a ball");
+            let operators: Vec<ShapeOperator> =
+                ball.curvatures().into_iter().zip(&ball.normals).map(|(curvature, normal)| ShapeOperator::new(curvature, *normal)).collect();
+            let draw = surface(frame, &ball, (Quat::IDENTITY, Vec3::ZERO), SurfaceUniform::glass(1.5, Vec3::ZERO));
+            vec![SurfaceDraw { operators: Some(frame.buffer("operators", Arc::new(Buffer::from_slice(&operators)))), ..draw }]
+        });
+        let mut count = 0;
+        for (column, row) in (0..SIZE.0 * SIZE.1).map(|k| (k % SIZE.0, k / SIZE.0)) {
+            let [nx, ny, nz, hit] = seen.texel(1, column, row);
+            if hit == 0.0 {
+                continue;
+            }
+            let n = DVec3::new(nx, ny, nz);
+            // At the outline, interpolated normals can look away from a light that sees the face.
+            if n.dot(view.position_ws.truncate().as_dvec3()) > -0.2 {
+                continue;
+            }
+            let (a, b) = (n.dot(x), n.dot(y));
+            let expected = [1.0 - a * a, -a * b, 1.0 - b * b].map(|form| sign * form / f64::from(radius_m));
+            let [_, forms @ ..] = seen.texel(4, column, row);
+            let off = (0..3).map(|k| (forms[k] - expected[k]).abs()).fold(0.0, f64::max);
+            assert!(off < 0.02, "{column} {row}: {forms:?} {expected:?}");
+            count += 1;
+        }
+        assert!(count > 600, "{count}");
     }
 }

@@ -159,7 +159,8 @@ fn sums_of(radius_tx: f64, share: &dyn Fn(f64, f64) -> f64) -> (f64, f64) {
     let reach = radius_tx.ceil() as i32 + 1;
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     for (ix, iy) in (0..POSITIONS).flat_map(|y| (0..POSITIONS).map(move |x| (x, y))) {
-        let at = |i: u32| f64::from(i) / f64::from(POSITIONS);
+        // Away from positions at which texels lie on the very edge of a splat.
+        let at = |i: u32| (f64::from(i) + 0.5) / f64::from(POSITIONS);
         let texels = (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| (f64::from(x), f64::from(y))));
         let sum: f64 = texels.map(|(x, y)| share(x - at(ix), y - at(iy))).sum();
         (least, most) = (least.min(sum), most.max(sum));

@@ -104,10 +104,10 @@ fn measured(
     let mut settings = Splatting { photons, intersection, ..*scene.techniques.get::<Splatting>() };
     change(&mut settings);
     let scene = shipped::with(scene, settings);
-    // Following photons through triangles takes seconds.
+    let (verdicts, once_s) = shipped::judged(&scene, truth)?;
+    // Following photons through triangles takes seconds: one frame will do.
     let exact = intersection == Intersection::Exact;
-    let frame_s = shipped::frame_s(&scene, if exact { 1 } else { frames })?;
-    let verdicts = shipped::judged(&scene, truth)?;
+    let frame_s = if exact { once_s } else { shipped::frame_s(&scene, frames)? };
     let value = |name| shipped::value(&verdicts, name);
     Ok(Measured {
         scene: name,

@@ -80,14 +80,16 @@ pub fn truth_of(scene: &Scene) -> anyhow::Result<Truth> {
     Truth::new(scene, points, PHOTONS, 0, |_| ())
 }
 
-/// All measures of a scene's picture.
+/// All measures of a scene's picture, and how long it took to draw and to read back, s.
 ///
 /// # Errors
 /// If the scene cannot be rendered.
-pub fn judged(scene: &Scene, truth: &Truth) -> anyhow::Result<Vec<Verdict>> {
+pub fn judged(scene: &Scene, truth: &Truth) -> anyhow::Result<(Vec<Verdict>, f64)> {
+    let start = Instant::now();
     let rendered = render(scene, &["caustic_irradiance"])?;
+    let seconds = start.elapsed().as_secs_f64();
     let (test, reference) = (rendered.layers.get("caustic_irradiance").context("no caustics")?.rgb(), truth.reference());
-    Ok(truth.judge(truth.pair(&reference, &test)?))
+    Ok((truth.judge(truth.pair(&reference, &test)?), seconds))
 }
 
 /// Value of a measure; `None` where it has none.
