@@ -198,7 +198,9 @@ fn main() {
         scene.time_s = 1.0;
         whole_frame(&name, &format!("the paper's GPU: {paper}"), &scene, &RenderOptions::default(), &gpus);
     }
-    for (scene, (method, splats, splat_size)) in SPLATTING_SCENES.into_iter().flat_map(|scene| SPLATTING_METHODS.map(|method| (scene, method))) {
+    for (scene, (method, splats, splat_size)) in
+        SPLATTING_SCENES.into_iter().flat_map(|scene| SPLATTING_METHODS.map(|method| (scene, method)))
+    {
         let name = format!("splatting, {scene}, {method}, 512x512 photons, 512x512 pixels");
         if !wanted(&format!("frame {name}")) {
             continue;

@@ -14,6 +14,7 @@ use super::passes::light_view::{LightView, TexelView};
 use super::passes::receiver_search::ReceiverBounds;
 use super::passes::rotating_filter::RotatingUniform;
 use super::passes::shadow_map::LightUniform;
+use super::passes::shape_operator::ShapeOperator;
 use super::passes::water_surface::WaterVertex;
 
 /// The memory layout of a struct in a buffer.
@@ -54,6 +55,7 @@ pub fn shared() -> Vec<Layout> {
         layout!(LightView: clip_from_world, position_ws),
         layout!(TexelView: view, axis_ws, size_tx),
         layout!(SurfaceUniform: pattern, optics),
+        layout!(ShapeOperator: diagonal, beside),
         layout!(ReceiverBounds: min_ws, max_ws),
         layout!(KernelUniform: weights, step),
         layout!(RotatingUniform: taps, rotations, count),

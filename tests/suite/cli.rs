@@ -72,8 +72,10 @@ fn usage_errors_exit_with_2() {
 fn tables_with_models_name_the_one_that_is_missing() {
     let message = refusal(&["tables", "--paper", "splatting", "--models", "nowhere"]);
     assert!(message.starts_with("a model cannot be read: nowhere/dragon_250k.ply: "), "{message}");
+    let message = refusal(&["tables", "--paper", "light-volumes", "--table", "hits"]);
+    assert!(message.starts_with("--table names a table of another paper"), "{message}");
     let message = refusal(&["tables", "--paper", "light-volumes", "--models", "."]);
-    assert!(message.ends_with("add --paper splatting"), "{message}");
+    assert!(message.ends_with("use --paper splatting"), "{message}");
 }
 
 #[test]

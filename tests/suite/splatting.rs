@@ -134,7 +134,8 @@ fn a_ball_of_glass_makes_its_rings_of_light() {
         assert!(off < bound && off_other > 1.5 * off, "{splats:?}: {off} {off_other}");
     }
     // Both curvatures of each face say what the neighbours of a photon say.
-    (settings(&mut scene).splats, settings(&mut scene).splat_size, settings(&mut scene).curvature) = (Splats::Lens, 3.0, CurvatureFrom::Both);
+    (settings(&mut scene).splats, settings(&mut scene).splat_size, settings(&mut scene).curvature) =
+        (Splats::Lens, 3.0, CurvatureFrom::Both);
     let off = error_of(&irradiance(&scene), 1.5);
     assert!(off < 0.012, "{off}");
     settings(&mut scene).curvature = CurvatureFrom::Mesh;

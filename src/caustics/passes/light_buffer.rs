@@ -247,7 +247,9 @@ pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), k
     let mut made: Vec<(&SurfaceDraw, BindGroupId)> = Vec::new();
     let mut frame_draws = Vec::with_capacity(draws.len());
     for draw in draws {
-        let known = made.iter().find(|(other, _)| other.vertices == draw.vertices && other.surface == draw.surface && other.operators == draw.operators);
+        let known = made
+            .iter()
+            .find(|(other, _)| other.vertices == draw.vertices && other.surface == draw.surface && other.operators == draw.operators);
         let bindings = known.map_or_else(
             || {
                 let surface = frame.buffer(format!("{label} surface {}", made.len()), Arc::new(Buffer::from_value(&draw.surface)));

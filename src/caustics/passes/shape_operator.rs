@@ -64,7 +64,7 @@ fn times<L: Lanes>(diagonal: V3<L>, beside: V3<L>, v: V3<L>) -> V3<L> {
     )
 }
 
-/// How the normal turns along the tangent `step`: S·step.
+/// How the normal turns along the tangent `step`: S·step. Exactly 0 where all forms are, even if the view sees the surface edge-on.
 #[inline(always)]
 pub fn turn<L: Lanes>(axes: [Vec3; 2], forms: V3<L>, normal: V3<L>, step: V3<L>) -> V3<L> {
     let (x, y) = (V3::splat(step.x.token(), axes[0]), V3::splat(step.x.token(), axes[1]));
@@ -73,7 +73,9 @@ pub fn turn<L: Lanes>(axes: [Vec3; 2], forms: V3<L>, normal: V3<L>, step: V3<L>)
     let gram = v3(x.dot(x), x.dot(y), y.dot(y));
     let t = by_products(gram, x.dot(step), y.dot(step));
     let v = by_products(gram, forms.x * t.x + forms.y * t.y, forms.y * t.x + forms.z * t.y);
-    x * v.x + y * v.y
+    let zero = forms.x.like(0.0);
+    let bends = (forms.x.abs() + forms.y.abs() + forms.z.abs()).gt(zero);
+    V3::select(bends, x * v.x + y * v.y, v3(zero, zero, zero))
 }
 
 /// Coordinates of a vector in a plane from its products with the vectors that span it. `gram`: the products xx, xy, yy of these.

@@ -36,5 +36,6 @@ fn turn_of(axes: ViewAxes, forms: vec3<f32>, normal: vec3<f32>, step: vec3<f32>)
     let gram = vec3<f32>(dot(x, x), dot(x, y), dot(y, y));
     let t = by_products(gram, vec2<f32>(dot(x, step), dot(y, step)));
     let v = by_products(gram, vec2<f32>(forms.x * t.x + forms.y * t.y, forms.y * t.x + forms.z * t.y));
-    return x * v.x + y * v.y;
+    let bends = abs(forms.x) + abs(forms.y) + abs(forms.z) > 0.0;
+    return select(vec3<f32>(), x * v.x + y * v.y, bends);
 }

@@ -1,6 +1,6 @@
 //! Splats from the photon's own differential, past the paper: a photon lights what its cell of the view lights.
 //!
-//! The neighbours of a photon in the view say how the map of the light bends there: a step of one texel in the view moves the light by the columns of
+//! The neighbours of a photon in the view, or the differential of its ray, say how the map of the light bends there: a step of one texel in the view moves the light by the columns of
 //! the Jacobian J, in texels of the caustic map. The splat is the square of `splat_size` by `splat_size` cells around the photon, sent through J: a
 //! parallelogram, narrow where light is gathered, long where it is drawn out, without a lens. Its kernel is a product of quadratic B-splines in the
 //! coordinates of the view, of three cells if `splat_size` is 3. These add up to 1 over a grid of cells: where the light bends evenly, a caustic has no
@@ -14,11 +14,11 @@ use std::sync::Arc;
 
 use nephroid_math::lanes::{Lanes, Mask};
 use nephroid_math::vector::{V2, V4, v2, v4};
-use nephroid_pipeline::{BindingKind, Bindings};
 use nephroid_pipeline::sampler::load;
 use nephroid_pipeline::shader::{
     FragmentInput, FragmentOutput, FragmentShader, Interpolation, Program, Varying, VertexInput, VertexOutput, VertexShader,
 };
+use nephroid_pipeline::{BindingKind, Bindings};
 
 use super::exact::PhotonRecord;
 use super::photons::Fate;

@@ -54,7 +54,7 @@ impl Vertices {
                 operators[index] = ShapeOperator::new(curvatures[index], mesh.normals[index]);
             }
         }
-        let operators = settings.has_both_curvatures().then(|| Arc::new(Buffer::from_slice(&operators)));
+        let operators = settings.needs_both_curvatures().then(|| Arc::new(Buffer::from_slice(&operators)));
         Self { vertices: Arc::new(Buffer::from_slice(&vertices)), operators }
     }
 }

@@ -45,7 +45,7 @@ pub struct ExactPhotons {
     pub light: LightSums,
 }
 
-/// Light of rays that have met a mirror, glass or water first, W, summed over RGB. What is missing in the sum of its ends was absorbed.
+/// Light of rays that have met a mirror, glass or water first, W, summed over RGB. What is missing in the sum of its ends was absorbed, if losses are counted.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LightSums {
     /// All of it.
@@ -54,7 +54,7 @@ pub struct LightSums {
     pub landed_w: f64,
     /// On receivers outside of the map.
     pub beyond_w: f64,
-    /// Light that has left the scene. Not known without losses, as are `dropped_w`.
+    /// Light that has left the scene. It and `dropped_w` are not known, and 0, where losses are not counted.
     pub missed_w: f64,
     /// Light that was not followed to its end.
     pub dropped_w: f64,
@@ -125,7 +125,8 @@ fn ends_of(surfaces: &Surfaces, light: &Light, view: &TexelView, lossless: bool)
     let (columns, rows) = (view.size_tx.x as u32, view.size_tx.y as u32);
     let world_from_clip = view.view.clip_from_world.inverse();
     let texel = |x: u32, y: u32| {
-        let ndc = |depth| Vec3::new((x as f32 + 0.5) * (2.0 * view.size_tx.z) - 1.0, 1.0 - (y as f32 + 0.5) * (2.0 * view.size_tx.w), depth);
+        let ndc =
+            |depth| Vec3::new((x as f32 + 0.5) * (2.0 * view.size_tx.z) - 1.0, 1.0 - (y as f32 + 0.5) * (2.0 * view.size_tx.w), depth);
         let (start, end) = (world_from_clip.project_point3(ndc(0.0)), world_from_clip.project_point3(ndc(1.0)));
         let Followed { first, mut arrivals, mut missed, mut dropped } = surfaces.arrivals(start, (end - start).normalize_or_zero())?;
         if lossless {

@@ -12,8 +12,8 @@ use super::light_pass::{LightPass, Map, eye_map};
 use super::settings::{Gather, Intersection, Splatting, Views};
 use super::totals::Totals;
 use super::views::{LightViews, Stage, Wanted};
-use crate::builder::state::clear;
 use crate::builder::cut_level;
+use crate::builder::state::clear;
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight, ViewOptions};
 use crate::passes::light_buffer::Keep;
 use crate::receivers::Receivers;
@@ -147,7 +147,7 @@ fn emitters<'a>(builder: &mut FrameBuilder<'_>, shared: &Shared, moment: &'a Mom
     let wet = moment.field.as_ref().filter(|_| settings.intersection == Intersection::Exact).zip(builder.scene.water.as_ref());
     let rays = wet.map(|(field, water)| {
         let (mesh, body) = mesh_and_body(builder.scene, water, field);
-        shared.surfaces.with(mesh, body)
+        shared.surfaces.with_water(mesh, body)
     });
     Emitters { moment, surfaces: surfaces(builder, shared, moment.field.as_ref()), rays }
 }

@@ -4,7 +4,8 @@ use glam::Vec3;
 
 use nephroid_scene::Scene;
 
-use super::exact;
+use super::SplattingError;
+use super::exact::{self, MOST_PHOTONS};
 use super::frame::{Shared, mesh_and_body};
 use super::settings::Splatting;
 use super::views::{LightViews, Stage, Wanted};
@@ -27,6 +28,8 @@ pub struct Hit {
 pub struct Hits {
     /// Columns and rows of its view.
     pub size: (u32, u32),
+    /// Its view.
+    pub photons: TexelView,
     /// The view of its map.
     pub map: TexelView,
     /// Row by row: the end of the path that image space follows, one reflection, or one refraction into and one out of a body. `None` where the light
@@ -37,16 +40,19 @@ pub struct Hits {
 /// The photons of each light of a scene, with its settings of this technique; `None` for a light without caustics.
 ///
 /// # Errors
-/// If a mesh cannot be loaded, or a light has no view of what it should see.
+/// If a mesh cannot be loaded, a light has no view of what it should see, or there are more photons than exact ones may be.
 pub fn exact_hits(scene: &Scene) -> Result<Vec<Option<Hits>>, RenderError> {
     let settings = scene.techniques.get::<Splatting>();
+    if settings.photons > MOST_PHOTONS {
+        return Err(SplattingError::TooManyExact { seen: settings.photons, most: MOST_PHOTONS }.into());
+    }
     let shared = Shared::new(scene, settings)?;
     let grid = |water: &nephroid_scene::water::Water| settings.grid.unwrap_or(water.grid);
     let field = scene.water.as_ref().map(|water| water.simulator().surface_with_grid(grid(water).0, grid(water).1, scene.time_s));
     let water = scene.water.as_ref().zip(field.as_ref());
     let wet = water.map(|(water, field)| {
         let (mesh, body) = mesh_and_body(scene, water, field);
-        shared.surfaces.with(mesh, body)
+        shared.surfaces.with_water(mesh, body)
     });
     let surfaces = wet.as_ref().unwrap_or(&shared.surfaces);
     let wanted = Wanted { views: settings.views, photons: settings.photons, map_size: settings.map_size, all_paths: false };
@@ -55,6 +61,7 @@ pub fn exact_hits(scene: &Scene) -> Result<Vec<Option<Hits>>, RenderError> {
         let stage = Stage { receivers: &shared.receivers, surfaces: &shared.surfaces, water };
         let views = LightViews::new(&stage, number, light, &wanted)?;
         lights.push(views.map(|views| Hits {
+            photons: views.photons,
             map: views.map,
             size: (views.photons.size_tx.x as u32, views.photons.size_tx.y as u32),
             texels: exact::plain_hits(surfaces, light, &views.photons),

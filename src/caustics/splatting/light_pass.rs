@@ -11,6 +11,7 @@ use nephroid_pipeline::{Buffer, RenderPipelineDescriptor, TextureDescriptor};
 use nephroid_scene::geom::Aabb;
 use nephroid_scene::{Material, Radiometry};
 
+use super::differential::{self, Steps};
 use super::drawn::Surfaced;
 use super::exact::{self, ExactPhotons, PhotonRecord};
 use super::photons::{self, PhotonsUniform};
@@ -18,7 +19,6 @@ use super::settings::{CurvatureFrom, Gather, Lens, Splats, Splatting};
 use super::splats::{self, Source, SplatsUniform};
 use super::totals::{ARRIVED, ExactTotals, FATES, Totals};
 use super::views::LightViews;
-use super::differential::{self, Steps};
 use super::{gather, pyramid, sizes};
 use crate::Tally;
 use crate::builder::state::{additive, clear, target};
@@ -168,6 +168,7 @@ impl LightPass<'_> {
         sum.photons += records.len() as u64;
         sum.beyond += beyond;
         sum.light += light;
+        sum.lossless = self.paper();
         let count = records.len() as u32;
         if records.is_empty() {
             // A storage binding has at least one element.

@@ -382,11 +382,8 @@ impl Fragment {
         let away = facing.dot(inside).gt(zero);
         let facing = V3::select(away, -facing, facing);
         let bends = load(bindings.texture(10), at.x.floor(), at.y.floor(), 0, 0);
-        let curvature = if self.options.curvature_of_normals {
-            curvature_of_normals(position, normal, at.x.floor(), at.y.floor())
-        } else {
-            bends.x
-        };
+        let curvature =
+            if self.options.curvature_of_normals { curvature_of_normals(position, normal, at.x.floor(), at.y.floor()) } else { bends.x };
         let forms = V3::select(back.exists, forms_of(bends) * L::select(away, -one, one), v3(zero, zero, zero));
         Exit { position: end, normal: facing, thickness, curvature: L::select(back.exists, curvature, zero), forms, exists }
     }

@@ -69,33 +69,36 @@ mod tests {
         Vec3::new(v.x, v.y, v.z)
     }
 
-    /// Against differences of rays that meet an ellipsoid's cap at places a thousandth apart.
+    /// Against differences of rays that meet a saddle at places a hundredth of a metre apart, from parallel light and from a lamp.
     #[test]
     fn differentials_are_what_differences_of_rays_come_to() {
         // The surface z = −(a x² + b y²)/2, seen along d from above.
         let (a, b) = (1.3_f32, -0.4_f32);
-        let d = Vec3::new(0.3, -0.2, -1.0).normalize();
+        let lamp = Vec3::new(-0.9, 0.6, 3.0);
         let at = |x: f32, y: f32| {
             let p = Vec3::new(x, y, -(a * x * x + b * y * y) * 0.5);
             (p, Vec3::new(a * x, b * y, 1.0).normalize())
         };
         let h = 1.0e-2;
-        for (x, y, eta) in [(0.2, 0.3, 1.0 / 1.5), (-0.4, 0.1, 1.3), (0.1, -0.2, 0.7)] {
+        for (x, y, eta, parallel) in [(0.2, 0.3, 1.0 / 1.5, true), (-0.4, 0.1, 1.3, true), (0.1, -0.2, 0.7, false), (0.3, 0.2, 1.2, false)]
+        {
+            let along = |p: Vec3| if parallel { Vec3::new(0.3, -0.2, -1.0).normalize() } else { (p - lamp).normalize() };
             for (dx, dy) in [(h, 0.0), (0.0, h)] {
                 let (p, n) = at(x, y);
                 let ((p1, n1), (p2, n2)) = (at(x - dx * 0.5, y - dy * 0.5), at(x + dx * 0.5, y + dy * 0.5));
-                let arriving = Differential { position: lane(p2 - p1), direction: lane(Vec3::ZERO) };
+                let d = along(p);
+                let arriving = Differential { position: lane(p2 - p1), direction: lane(along(p2) - along(p1)) };
                 let turn = lane(n2 - n1);
                 let distance = 1.7;
                 let bent = |p: Vec3, n: Vec3| {
-                    let through = vec(refract(lane(d), lane(n), eta).0);
-                    (p + through * distance, p + vec(reflect(lane(d), lane(n))) * distance)
+                    let through = vec(refract(lane(along(p)), lane(n), eta).0);
+                    (p + through * distance, p + vec(reflect(lane(along(p)), lane(n))) * distance)
                 };
                 let ((through1, back1), (through2, back2)) = (bent(p1, n1), bent(p2, n2));
                 let refracted = arriving.refracted(lane(d), lane(n), turn, eta).transferred(distance);
                 let reflected = arriving.reflected(lane(d), lane(n), turn).transferred(distance);
                 let (off, off_back) = ((vec(refracted.position) - (through2 - through1)), (vec(reflected.position) - (back2 - back1)));
-                assert!(off.length() < 1.0e-3 * h.max((through2 - through1).length()) , "{off} {eta}");
+                assert!(off.length() < 1.0e-3 * h.max((through2 - through1).length()), "{off} {eta}");
                 assert!(off_back.length() < 1.0e-3 * h.max((back2 - back1).length()), "{off_back}");
                 // On a plane, points lie where the rays meet it.
                 let normal = Vec3::new(0.1, 0.5, -1.0).normalize();

@@ -85,7 +85,7 @@ choices! {
     pub enum CurvatureFrom {
         /// Mean curvature at the vertices of the mesh.
         Mesh,
-        /// Both principal curvatures there: splats are parallelograms, as long and as wide as the beam.
+        /// Both principal curvatures there: splats are parallelograms, as long and as wide as the beam. Exact photons know it from their neighbours.
         Both,
         /// Differences of normals between texels of the photons' view.
         Normals,
@@ -138,9 +138,15 @@ settings! {
 }
 
 impl Splatting {
-    /// Whether splats follow both principal curvatures.
+    /// Whether splats are those of the differentials of rays: exact photons know these from their neighbours.
     #[must_use]
     pub fn has_both_curvatures(&self) -> bool {
         self.splats == Splats::Lens && self.curvature == CurvatureFrom::Both
+    }
+
+    /// Whether the differentials follow from both curvatures of the faces.
+    #[must_use]
+    pub fn needs_both_curvatures(&self) -> bool {
+        self.has_both_curvatures() && self.intersection == Intersection::Image
     }
 }

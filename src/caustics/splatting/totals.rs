@@ -29,6 +29,8 @@ pub(super) struct ExactTotals {
     pub beyond: u64,
     /// Where the light of the rays has gone.
     pub light: LightSums,
+    /// Whether losses are not counted, so that it is not known what has missed all receivers.
+    pub lossless: bool,
 }
 
 impl Totals {
@@ -43,14 +45,13 @@ impl Totals {
         let mut audit = Vec::new();
         if let Some(exact) = &self.exact {
             let count = |name: &str, count| (name.to_owned(), count);
-            counters.extend([
-                count("photon_rays_arrived", exact.rays),
-                count(LANDED, exact.photons),
-                count(BEYOND, exact.beyond),
-            ]);
+            counters.extend([count("photon_rays_arrived", exact.rays), count(LANDED, exact.photons), count(BEYOND, exact.beyond)]);
             let light = &exact.light;
-            let ends = [(LANDED, light.landed_w), (BEYOND, light.beyond_w), (MISSED, light.missed_w), (DROPPED, light.dropped_w)];
-            audit.extend([(ARRIVED, light.arrived_w)].into_iter().chain(ends).map(|(name, watts)| (name.to_owned(), watts)));
+            let mut ends = vec![(ARRIVED, light.arrived_w), (LANDED, light.landed_w), (BEYOND, light.beyond_w)];
+            if !exact.lossless {
+                ends.extend([(MISSED, light.missed_w), (DROPPED, light.dropped_w)]);
+            }
+            audit.extend(ends.into_iter().map(|(name, watts)| (name.to_owned(), watts)));
         }
         (counters, audit)
     }

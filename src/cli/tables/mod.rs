@@ -31,7 +31,7 @@ pub struct LowArgs {
     #[arg(long, value_name = "FOLDER", value_hint = ValueHint::DirPath)]
     models: Option<PathBuf>,
 
-    /// Frames of which the median is taken
+    /// Frames of which the median is taken, in tables with times
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     frames: u32,
 
@@ -67,9 +67,12 @@ enum Table {
 /// # Errors
 /// If a scene or a model cannot be loaded or rendered, or stdout cannot be written to.
 pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
-    ensure!(low.models.is_none() || low.paper == Paper::Splatting, "--models names the meshes of another paper; add --paper splatting");
-    ensure!(low.table == Table::Rates || low.paper == Paper::Splatting, "--table names a table of another paper; add --paper splatting");
-    ensure!(low.table == Table::Rates || low.models.is_none(), "--models is for --table rates; the others measure the scenes of this repository");
+    ensure!(low.models.is_none() || low.paper == Paper::Splatting, "--models names the meshes of another paper; use --paper splatting");
+    ensure!(low.table == Table::Rates || low.paper == Paper::Splatting, "--table names a table of another paper; use --paper splatting");
+    ensure!(
+        low.table == Table::Rates || low.models.is_none(),
+        "--models is for --table rates; the others measure the scenes of this repository"
+    );
     interrupt::install()?;
     match low.paper {
         Paper::LightVolumes => light_volumes::run(low, techniques),

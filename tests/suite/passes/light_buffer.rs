@@ -316,14 +316,19 @@ fn views_that_are_none_are_refused() {
 /// A ball bends alike everywhere: the forms of axes x and y are those of (1 − nnᵀ)/r. Turned inside out, they change their sign.
 #[test]
 fn forms_of_a_ball_are_those_of_its_normal() {
-    let view = LightView::parallel(Vec3::new(0.3, -1.0, 0.2), Vec3::Z, Vec3::new(-1.0, -1.0, -3.0), Vec3::new(1.0, 1.0, 3.0)).expect("a box");
+    let view =
+        LightView::parallel(Vec3::new(0.3, -1.0, 0.2), Vec3::Z, Vec3::new(-1.0, -1.0, -3.0), Vec3::new(1.0, 1.0, 3.0)).expect("a box");
     let radius_m = 0.8;
     let [x, y] = view_axes(&view.clip_from_world).map(|axis| axis.as_dvec3());
     for (keep, sign) in [(Keep::Nearest, 1.0), (Keep::NearestBack, -1.0)] {
         let seen = Seen::keeping(keep, &view, SIZE, |frame| {
             let ball = UvSphere { radius_m, slices: 96, stacks: 48 }.mesh().expect("a ball");
-            let operators: Vec<ShapeOperator> =
-                ball.curvatures().into_iter().zip(&ball.normals).map(|(curvature, normal)| ShapeOperator::new(curvature, *normal)).collect();
+            let operators: Vec<ShapeOperator> = ball
+                .curvatures()
+                .into_iter()
+                .zip(&ball.normals)
+                .map(|(curvature, normal)| ShapeOperator::new(curvature, *normal))
+                .collect();
             let draw = surface(frame, &ball, (Quat::IDENTITY, Vec3::ZERO), SurfaceUniform::glass(1.5, Vec3::ZERO));
             vec![SurfaceDraw { operators: Some(frame.buffer("operators", Arc::new(Buffer::from_slice(&operators)))), ..draw }]
         });

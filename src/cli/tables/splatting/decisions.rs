@@ -32,7 +32,7 @@ struct Effects {
     /// E2: shares of the light in splats that the least and the greatest diameter change.
     widened: f64,
     narrowed: f64,
-    /// E4: light over that of the photons, if splats kept their height whatever their size.
+    /// E4: light over that of the photons, if splats had the height of one of light that is not bent, whatever their size.
     of_equal_height: f64,
     /// E6: mean difference of pictures with and without colours in splats of four sizes, over the mean.
     without_colours: f64,
@@ -57,7 +57,11 @@ pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
         progress.done();
     }
     drop(progress);
-    if low.json { output::json(&all)? } else { output::text(&report(&all))? }
+    if low.json {
+        output::json(&all)?
+    } else {
+        output::text(&report(&all))?
+    }
     Ok(())
 }
 
@@ -114,11 +118,16 @@ fn add(sums: &mut Sums, hits: &Hits, layers: &LayerSet, names: &[String], splat_
     let beams = direction.planes()[3].pixels();
     let photons = position.rgb().into_iter().zip(direction.rgb()).zip(flux.rgb()).zip(&hits.texels);
     for (k, (((p, d), flux), hit)) in photons.enumerate() {
-        let Some(hit) = hit.as_ref().filter(|_| position.planes()[3].pixels()[k] == LANDED) else { continue };
+        if hit.is_none() || position.planes()[3].pixels()[k] != LANDED {
+            continue;
+        }
         let light: f64 = flux.iter().map(|&watts| f64::from(watts)).sum();
         let at = v3(p[0], p[1], p[2]);
         let diameter_tx = splat_size * beams[k] / hits.map.area_at(at).sqrt();
-        let stretch = f64::from(beams[k] / hit.width_m);
+        // Light that is not bent spreads from the view to the receiver as both views' texels do.
+        let unbent_tx = splat_size * (hits.photons.area_at(at) / hits.map.area_at(at)).sqrt();
+        let bounded = |tx: f32| f64::from(tx.clamp(LEAST_DIAMETER_TX, MOST_DIAMETER_TX));
+        let stretch = bounded(diameter_tx) / bounded(unbent_tx);
         sums.all += light;
         sums.widened += if diameter_tx < LEAST_DIAMETER_TX { light } else { 0.0 };
         sums.narrowed += if diameter_tx > MOST_DIAMETER_TX { light } else { 0.0 };
@@ -188,7 +197,9 @@ fn authors_sums() -> (f64, f64) {
 }
 
 fn report(all: &[Effects]) -> String {
-    let mut text = String::from("E5: sum of the shares of a splat over the texels, by where it lies between them, if it is not divided by this sum.\n\n| splat | least | most |\n|---|---:|---:|\n");
+    let mut text = String::from(
+        "E5: sum of the shares of a splat over the texels, by where it lies between them, if it is not divided by this sum.\n\n| splat | least | most |\n|---|---:|---:|\n",
+    );
     let splats = [3.0, 5.0, 7.0, 15.0].map(|diameter| (format!("Gaussian of {diameter} texels"), gaussian_sums(diameter)));
     for (name, (least, most)) in splats.into_iter().chain([("the authors' program".to_owned(), authors_sums())]) {
         // Writing to a string cannot fail.

@@ -193,9 +193,15 @@ mod tests {
 
     #[test]
     fn the_report_has_every_measure() {
-        let group = Group { title: "Some", rows: vec![vec![measured(512, 0.1), measured(512, 0.2)], vec![measured(300, 0.1), measured(64, 0.3)]] };
+        let group =
+            Group { title: "Some", rows: vec![vec![measured(512, 0.1), measured(512, 0.2)], vec![measured(300, 0.1), measured(64, 0.3)]] };
         let text = report(&[group], 3);
-        for line in ["| ball | 512² | 0.5000 | 0.5000 |", "| ball | 300², 64² | 2.00 | 2.00 |", "| ball | 512² | - | - |", "| ball | 300², 64² | 100 | 300 |"] {
+        for line in [
+            "| ball | 512² | 0.5000 | 0.5000 |",
+            "| ball | 300², 64² | 2.00 | 2.00 |",
+            "| ball | 512² | - | - |",
+            "| ball | 300², 64² | 100 | 300 |",
+        ] {
             assert!(text.contains(line), "{text}");
         }
     }

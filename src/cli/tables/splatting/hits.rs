@@ -28,7 +28,7 @@ const WAYS: [(&str, fn(&mut Splatting)); 6] = [
     ("search: wyman, 10 steps", |s| (s.search, s.search_steps) = (Search::Wyman, 10)),
     ("search: shah, 10 steps", |s| (s.search, s.search_steps) = (Search::Shah, 10)),
     ("smooth_exits: false", |s| s.smooth_exits = false),
-    ("exit_steps: 0", |s| (s.exit_steps, s.smooth_exits) = (0, false)),
+    ("exit_steps: 0, smooth_exits: false", |s| (s.exit_steps, s.smooth_exits) = (0, false)),
     ("views: scene", |s| s.views = Views::Scene),
 ];
 
@@ -64,7 +64,11 @@ pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
         }
     }
     drop(progress);
-    if low.json { output::json(&all)? } else { output::text(&report(&all))? }
+    if low.json {
+        output::json(&all)?
+    } else {
+        output::text(&report(&all))?
+    }
     Ok(())
 }
 
@@ -106,7 +110,7 @@ fn report(all: &[Shares]) -> String {
     let mut text = String::from(
         "512² photons. Distance between where a photon lands by the pictures of the light and where the same path ends in the triangles of the scene, in \
          widths of the photon's texel at the first surface; shares of the photons that land either way, %.\n\n\
-         | scene | how | photons | < 0.01 | < 0.1 | < 1 | < 10 | more | in triangles alone | in pictures alone |\n|---|---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
+         | scene | how | photons | to 0.01 | 0.01 to 0.1 | 0.1 to 1 | 1 to 10 | more | in triangles alone | in pictures alone |\n|---|---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
     );
     for shares in all {
         // Writing to a string cannot fail.
