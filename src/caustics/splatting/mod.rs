@@ -75,6 +75,12 @@ const DIFFERENCED: Bound = Bound::new("differenced-vertex", 1.0e-2, 120_000.0, 1
 /// more than the part of the map where they gather.
 const CHAINED_SPLATS: Bound = Bound::new("chained-splats", 5.0e-4, 60_000.0, 10_000.0);
 
+/// Differentials of rays: next to total reflection they grow beyond all bounds, and the last places of a direction with them.
+const RAY_DIFFERENTIAL: Bound = Bound::new("ray-differential", 1.0e-3, 5_000.0, 2_000.0);
+
+/// As [`RAY_DIFFERENTIAL`], from the driver's own pictures of the light.
+const CHAINED_RAY_DIFFERENTIAL: Bound = Bound::new("chained-ray-differential", 1.0e-3, 12_000.0, 4_000.0);
+
 /// The technique, as a row of the table.
 pub const TECHNIQUE: &dyn Technique = &SplattingTechnique;
 
@@ -98,7 +104,15 @@ impl Technique for SplattingTechnique {
     }
     fn bounds(&self) -> &'static [PassBounds] {
         &[
-            PassBounds { pass: "photons", vertices: VERTEX, textures: &[("", SEARCHED, CHAINED_SEARCHED)] },
+            PassBounds {
+                pass: "photons",
+                vertices: VERTEX,
+                textures: &[
+                    ("photon_step_x", RAY_DIFFERENTIAL, CHAINED_RAY_DIFFERENTIAL),
+                    ("photon_step_y", RAY_DIFFERENTIAL, CHAINED_RAY_DIFFERENTIAL),
+                    ("", SEARCHED, CHAINED_SEARCHED),
+                ],
+            },
             PassBounds { pass: "splats", vertices: DIFFERENCED, textures: &[("", ACCUMULATED, CHAINED_LOOKED_UP)] },
             PassBounds { pass: "resolve", vertices: VERTEX, textures: &[("", SHADED, CHAINED)] },
             PassBounds { pass: "gather", vertices: VERTEX, textures: &[("", LOOKED_UP, CHAINED_SPLATS)] },

@@ -38,7 +38,9 @@ pub fn bound_of(passes: &[PassBounds], family: Family, mode: Mode, pass: &str, t
         };
     }
     let rows = row_of(passes, pass).map_or(&[][..], |row| row.textures);
-    let row = rows.iter().find(|(name, ..)| name.is_empty() || *name == texture);
+    // A texture of one of several lights has the light's number behind its name.
+    let is = |name: &str| name.is_empty() || texture.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(' '));
+    let row = rows.iter().find(|(name, ..)| is(name));
     let (resynchronised, free) = row.map_or((SHADED, CHAINED), |(_, resynchronised, free)| (*resynchronised, *free));
     let bound = match mode {
         Mode::Resynchronised => resynchronised,

@@ -35,7 +35,7 @@ pub struct PassBounds {
     pub pass: &'static str,
     /// Bound on the vertices, if the driver computes them.
     pub vertices: Bound,
-    /// Bounds on the textures drawn to, by name (empty for all others): from equal inputs, and from the driver's own earlier results.
+    /// Bounds on the textures drawn to, by name without the number of a light (empty for all others): from equal inputs, and from the driver's own earlier results.
     pub textures: &'static [(&'static str, Bound, Bound)],
 }
 

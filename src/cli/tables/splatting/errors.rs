@@ -12,13 +12,13 @@ use crate::cli::tables::LowArgs;
 use crate::cli::truth::Truth;
 use crate::scene::Scene;
 
-use super::shipped::{self, SCENES};
+use super::shipped::{self, Change, SCENES};
 
 /// Photons along a side of the light's view.
 const PHOTONS: [u32; 2] = [512, 1024];
 
 /// The methods, the baseline first, and what they change in the settings.
-const METHODS: [(&str, fn(&mut Splatting)); 6] = [
+const METHODS: [(&str, Change); 6] = [
     ("fixed", |s| (s.splats, s.splat_size) = (Splats::Fixed, Splatting::PAPER.splat_size)),
     ("A", |s| s.splats = Splats::Sizes),
     ("B", |s| s.splats = Splats::Lens),

@@ -14,7 +14,7 @@ use crate::cli::progress::Progress;
 use crate::cli::tables::LowArgs;
 use crate::scene::Scene;
 
-use super::shipped::{self, SCENES};
+use super::shipped::{self, Change, SCENES};
 
 /// Code of photons that have landed, in the fourth channel of their positions.
 const LANDED: f32 = 1.0;
@@ -23,7 +23,7 @@ const LANDED: f32 = 1.0;
 const BINS: [f64; 5] = [0.01, 0.1, 1.0, 10.0, f64::INFINITY];
 
 /// Ways to find where photons land, and what they change in the settings.
-const WAYS: [(&str, fn(&mut Splatting)); 6] = [
+const WAYS: [(&str, Change); 6] = [
     ("default", |_| ()),
     ("search: wyman, 10 steps", |s| (s.search, s.search_steps) = (Search::Wyman, 10)),
     ("search: shah, 10 steps", |s| (s.search, s.search_steps) = (Search::Shah, 10)),

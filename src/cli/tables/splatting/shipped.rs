@@ -20,6 +20,9 @@ const SIZE: (u32, u32) = (480, 270);
 /// Samples along a side of a pixel.
 const SAMPLES: u32 = 2;
 
+/// What a row or a column of a table changes in the settings.
+pub type Change = fn(&mut Splatting);
+
 /// Photons of the ground truth.
 const PHOTONS: u64 = 16_000_000;
 
