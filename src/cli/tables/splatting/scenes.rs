@@ -61,7 +61,7 @@ pub struct PaperScene {
     pub triangles: u32,
     /// Bodies of glass.
     pub bodies: &'static [Body],
-    /// Frames per second by number of photons and method, see [`super::PHOTONS`] and [`super::METHODS`].
+    /// Frames per second by number of photons and method, see [`super::rates::PHOTONS`] and [`super::rates::METHODS`].
     pub frames: [[f64; 3]; 2],
 }
 
