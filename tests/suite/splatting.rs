@@ -10,13 +10,14 @@ use crate::analytic::truths::sphere::{Ball, Rings};
 use crate::support::{scene_of_size as scene, sized};
 
 /// Renders the named layers.
-fn render(scene: &Scene, layers: &[&str]) -> Rendered {
+pub fn render(scene: &Scene, layers: &[&str]) -> Rendered {
     let layers = Some(layers.iter().map(|name| (*name).to_owned()).collect());
     let options = RenderOptions { technique: "splatting".into(), layers, ..RenderOptions::default() };
     Renderer::new(scene, &options).expect("a renderer").render(scene, None).expect("a picture")
 }
 
-fn settings(scene: &mut Scene) -> &mut Splatting {
+/// The scene's settings of the technique, to be changed.
+pub fn settings(scene: &mut Scene) -> &mut Splatting {
     scene.techniques.edit::<Splatting>()
 }
 

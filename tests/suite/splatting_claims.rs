@@ -4,24 +4,15 @@ use std::sync::LazyLock;
 
 use glam::{Vec3, Vec3Swizzles as _};
 
+use nephroid::caustics::Rendered;
 use nephroid::caustics::splatting::hits::exact_hits;
 use nephroid::caustics::splatting::{Blend, CurvatureFrom, Search, Splats, Splatting};
-use nephroid::caustics::{RenderOptions, Rendered, Renderer};
 use nephroid::geom::shapes::IcoSphere;
 use nephroid::scene::{Camera, Light, Scene, Shape};
 
 use crate::analytic::truths::sphere::Ball;
+use crate::splatting::{render, settings};
 use crate::support::{scene_of_size as scene, sized};
-
-fn render(scene: &Scene, layers: &[&str]) -> Rendered {
-    let layers = Some(layers.iter().map(|name| (*name).to_owned()).collect());
-    let options = RenderOptions { technique: "splatting".into(), layers, ..RenderOptions::default() };
-    Renderer::new(scene, &options).expect("a renderer").render(scene, None).expect("a picture")
-}
-
-fn settings(scene: &mut Scene) -> &mut Splatting {
-    scene.techniques.edit::<Splatting>()
-}
 
 /// A plane of a layer.
 fn plane(rendered: &Rendered, layer: &str, channel: usize) -> Vec<f32> {

@@ -9,7 +9,7 @@ use nephroid_scene::Material;
 use nephroid_scene::water::HeightField;
 
 use super::frame::Shared;
-use super::settings::{CurvatureFrom, Splats, Splatting};
+use super::settings::{CurvatureFrom, Intersection, Splats, Splatting};
 use crate::builder::FrameBuilder;
 use crate::passes::light_buffer::{SurfaceDraw, SurfaceUniform};
 use crate::passes::shape_operator::ShapeOperator;
@@ -54,7 +54,9 @@ impl Vertices {
                 operators[index] = ShapeOperator::new(curvatures[index], mesh.normals[index]);
             }
         }
-        let operators = settings.needs_both_curvatures().then(|| Arc::new(Buffer::from_slice(&operators)));
+        // Exact photons know their differentials from their neighbours.
+        let wanted = settings.has_both_curvatures() && settings.intersection == Intersection::Image;
+        let operators = wanted.then(|| Arc::new(Buffer::from_slice(&operators)));
         Self { vertices: Arc::new(Buffer::from_slice(&vertices)), operators }
     }
 }

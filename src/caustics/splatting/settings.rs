@@ -138,15 +138,9 @@ settings! {
 }
 
 impl Splatting {
-    /// Whether splats are those of the differentials of rays: exact photons know these from their neighbours.
+    /// Whether splats by the lens are those of the differentials of rays.
     #[must_use]
     pub fn has_both_curvatures(&self) -> bool {
         self.splats == Splats::Lens && self.curvature == CurvatureFrom::Both
-    }
-
-    /// Whether the differentials follow from both curvatures of the faces.
-    #[must_use]
-    pub fn needs_both_curvatures(&self) -> bool {
-        self.has_both_curvatures() && self.intersection == Intersection::Image
     }
 }

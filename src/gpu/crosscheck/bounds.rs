@@ -94,6 +94,8 @@ mod tests {
         let info = format_info(TextureFormat::Rgba32Float).unwrap();
         let of = |pass, texture, mode| bound_of(PASSES, Family::SwiftShader, mode, pass, texture, info);
         assert_eq!(of("sums 0", "count", Mode::Resynchronised), COUNTED);
+        assert_eq!(of("sums 1", "count 1", Mode::Resynchronised), COUNTED);
+        assert_eq!(of("sums 1", "counter", Mode::Resynchronised), ACCUMULATED);
         assert_eq!(of("sums 1", "light", Mode::Resynchronised), ACCUMULATED);
         assert_eq!(of("sums 1", "light", Mode::FreeRunning), CHAINED);
         assert_eq!(of("other", "light", Mode::Resynchronised), SHADED);

@@ -17,7 +17,7 @@ use crate::image::LayerSet;
 use crate::math::vector::v3;
 use crate::scene::{Radiometry, Scene};
 
-use super::shipped::{self, SCENES};
+use super::shipped;
 
 /// Code of photons that have landed, in the fourth channel of their positions.
 const LANDED: f32 = 1.0;
@@ -48,10 +48,10 @@ struct Effects {
 /// # Errors
 /// If a scene cannot be loaded or rendered, or stdout cannot be written to.
 pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
-    let scenes = SCENES.map(|name| shipped::load(techniques, &low.scenes, name)).into_iter().collect::<Result<Vec<_>, _>>()?;
-    let progress = Progress::new(SCENES.len() as u64);
+    let scenes = shipped::load_all(techniques, &low.scenes)?;
+    let progress = Progress::new(scenes.len() as u64);
     let mut all = Vec::new();
-    for (name, scene) in SCENES.into_iter().zip(&scenes) {
+    for &(name, ref scene) in &scenes {
         progress.step(name);
         all.push(effects(name, scene)?);
         progress.done();

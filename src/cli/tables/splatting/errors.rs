@@ -12,7 +12,7 @@ use crate::cli::tables::LowArgs;
 use crate::cli::truth::Truth;
 use crate::scene::Scene;
 
-use super::shipped::{self, Change, SCENES};
+use super::shipped::{self, Change};
 
 /// Photons along a side of the light's view.
 const PHOTONS: [u32; 2] = [512, 1024];
@@ -56,14 +56,14 @@ struct Group {
 /// # Errors
 /// If a scene cannot be loaded, traced or rendered, or stdout cannot be written to.
 pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
-    let scenes = SCENES.map(|name| shipped::load(techniques, &low.scenes, name)).into_iter().collect::<Result<Vec<_>, _>>()?;
-    let progress = Progress::new((SCENES.len() * (1 + 3 * METHODS.len() + EXACT_METHODS.len())) as u64);
+    let scenes = shipped::load_all(techniques, &low.scenes)?;
+    let progress = Progress::new((scenes.len() * (1 + 3 * METHODS.len() + EXACT_METHODS.len())) as u64);
     let mut groups = [
         Group { title: "Equal numbers of photons, in the pictures of the light", rows: Vec::new() },
         Group { title: "Equal time: as many photons as a frame has time for in which the baseline has 1024²", rows: Vec::new() },
         Group { title: "Equal numbers of photons, in the triangles of the scene", rows: Vec::new() },
     ];
-    for (name, scene) in SCENES.into_iter().zip(&scenes) {
+    for &(name, ref scene) in &scenes {
         progress.step(format!("{name}, ground truth"));
         let truth = shipped::truth_of(scene)?;
         progress.done();

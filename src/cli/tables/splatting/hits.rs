@@ -14,7 +14,7 @@ use crate::cli::progress::Progress;
 use crate::cli::tables::LowArgs;
 use crate::scene::Scene;
 
-use super::shipped::{self, Change, SCENES};
+use super::shipped::{self, Change};
 
 /// Code of photons that have landed, in the fourth channel of their positions.
 const LANDED: f32 = 1.0;
@@ -51,10 +51,10 @@ struct Shares {
 /// # Errors
 /// If a scene cannot be loaded or rendered, or stdout cannot be written to.
 pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
-    let scenes = SCENES.map(|name| shipped::load(techniques, &low.scenes, name)).into_iter().collect::<Result<Vec<_>, _>>()?;
-    let progress = Progress::new((SCENES.len() * WAYS.len()) as u64);
+    let scenes = shipped::load_all(techniques, &low.scenes)?;
+    let progress = Progress::new((scenes.len() * WAYS.len()) as u64);
     let mut all = Vec::new();
-    for (name, scene) in SCENES.into_iter().zip(&scenes) {
+    for &(name, ref scene) in &scenes {
         for (way, change) in WAYS {
             progress.step(format!("{name}, {way}"));
             let mut settings = *scene.techniques.get::<Splatting>();

@@ -12,7 +12,7 @@ use crate::report::Verdict;
 use crate::scene::Scene;
 
 /// Names of the scenes, without `.ron`.
-pub const SCENES: [&str; 9] = ["ring", "bowl", "ball", "companions", "glass", "knots", "figure", "tablecloth", "pool"];
+const SCENES: [&str; 9] = ["ring", "bowl", "ball", "companions", "glass", "knots", "figure", "tablecloth", "pool"];
 
 /// Width and height of the pictures.
 const SIZE: (u32, u32) = (480, 270);
@@ -30,11 +30,19 @@ const PHOTONS: u64 = 16_000_000;
 ///
 /// # Errors
 /// If it cannot be loaded.
-pub fn load(techniques: Techniques, folder: &Path, name: &str) -> anyhow::Result<Scene> {
+fn load(techniques: Techniques, folder: &Path, name: &str) -> anyhow::Result<Scene> {
     let mut scene = techniques.load(&folder.join(format!("{name}.ron")))?;
     (scene.image.width, scene.image.height) = SIZE;
     *scene.techniques.edit::<Splatting>() = Splatting { samples: SAMPLES, ..Splatting::default() };
     Ok(scene)
+}
+
+/// All scenes: none is measured before all are read.
+///
+/// # Errors
+/// If one cannot be loaded.
+pub fn load_all(techniques: Techniques, folder: &Path) -> anyhow::Result<Vec<(&'static str, Scene)>> {
+    SCENES.into_iter().map(|name| Ok((name, load(techniques, folder, name)?))).collect()
 }
 
 /// A scene with these settings.
