@@ -2,7 +2,7 @@
 
 pub use nephroid_image::metrics::bounds::PassBounds;
 use nephroid_image::metrics::bounds::{
-    Bound, CHAINED, CHAINED_LOOKED_UP, CHAINED_SEARCHED, INTERPOLATED, LOOKED_UP, SEARCHED, SHADED, VERTEX,
+    Bound, CHAINED, CHAINED_LOOKED_UP, CHAINED_SEARCHED, INTERPOLATED, LOOKED_UP, PATTERNED, SEARCHED, SHADED, VERTEX,
 };
 
 /// Vertices in a light's view, which fits narrowly around things far away: where it ends, differences cancel places.
@@ -19,7 +19,11 @@ pub const SHARED: &[PassBounds] = &[
     // Its caustics come from searches.
     PassBounds { pass: "shade", vertices: VERTEX, textures: &[("", SHADED, CHAINED_SEARCHED)] },
     PassBounds { pass: "glass", vertices: VERTEX, textures: &[("", SEARCHED, CHAINED_SEARCHED)] },
-    PassBounds { pass: "light_buffer", vertices: IN_LIGHT_VIEW, textures: &[("", INTERPOLATED, INTERPOLATED)] },
+    PassBounds {
+        pass: "light_buffer",
+        vertices: IN_LIGHT_VIEW,
+        textures: &[("material", PATTERNED, PATTERNED), ("", INTERPOLATED, INTERPOLATED)],
+    },
     PassBounds { pass: "light ", vertices: VERTEX, textures: &[("direct", LOOKED_UP, CHAINED_LOOKED_UP), ("", SHADED, CHAINED)] },
     PassBounds { pass: "picture", vertices: VERTEX, textures: &[("", SEARCHED, CHAINED_SEARCHED)] },
 ];

@@ -79,10 +79,12 @@ impl Techniques {
         nephroid_scene::parse_bytes(bytes, file, base_dir, &self.known_settings())
     }
 
-    /// Bounds on the difference between a driver and the software GPU, by pass: those of shared passes, then those of the techniques.
+    /// Bounds on the difference between a driver and the software GPU in frames of a technique, by pass: the technique's own, then those of shared
+    /// passes. The first row that fits a pass holds, so a technique can have bounds of its own for a shared pass.
     #[must_use]
-    pub fn bounds(self) -> Vec<PassBounds> {
-        bounds::SHARED.iter().chain(self.0.iter().flat_map(|technique| technique.bounds())).copied().collect()
+    pub fn bounds(self, technique: &str) -> Vec<PassBounds> {
+        let own = self.0.iter().filter(|row| row.name() == technique).flat_map(|row| row.bounds());
+        own.chain(bounds::SHARED).copied().collect()
     }
 
     /// Structs that programs share with their WGSL twins: those of shared passes, then those of the techniques.

@@ -119,7 +119,7 @@ fn compare(gpu: &Gpu, on_cpu: &Frame, on_gpu: &Frame, mode: Mode) -> (Report, Op
     let device = device();
     let rules = gpu.adapter().family().candidates()[0].1;
     let [on_cpu, on_gpu] = [on_cpu, on_gpu].map(|frame| Frame { rules, ..frame.clone() });
-    let report = crosscheck(gpu, &device, &on_cpu, &on_gpu, mode, &techniques().bounds(), |_, _| {}).expect("the frame runs");
+    let report = crosscheck(gpu, &device, &on_cpu, &on_gpu, mode, &techniques().bounds(""), |_, _| {}).expect("the frame runs");
     let failure = report.first_failure();
     let located = failure.and_then(|f| locate(gpu, &device, &on_cpu, &on_gpu, mode, f).expect("the frame runs again"));
     (report, located)

@@ -54,7 +54,7 @@ pub use error::SplattingError;
 pub use settings::{Blend, CurvatureFrom, Gather, Intersection, Lens, Search, Splats, Splatting, Views};
 
 use nephroid_image::metrics::bounds::{
-    ACCUMULATED, Bound, CHAINED, CHAINED_LOOKED_UP, CHAINED_SEARCHED, LOOKED_UP, PassBounds, SEARCHED, SHADED, VERTEX,
+    ACCUMULATED, Bound, CHAINED, CHAINED_SEARCHED, LOOKED_UP, PassBounds, SEARCHED, SHADED, VERTEX,
 };
 use nephroid_pipeline::Device;
 use nephroid_scene::water::{HeightField, WaterSim};
@@ -113,9 +113,13 @@ impl Technique for SplattingTechnique {
                     ("", SEARCHED, CHAINED_SEARCHED),
                 ],
             },
-            PassBounds { pass: "splats", vertices: DIFFERENCED, textures: &[("", ACCUMULATED, CHAINED_LOOKED_UP)] },
+            PassBounds { pass: "splats", vertices: DIFFERENCED, textures: &[("", ACCUMULATED, CHAINED_SPLATS)] },
             PassBounds { pass: "resolve", vertices: VERTEX, textures: &[("", SHADED, CHAINED)] },
             PassBounds { pass: "gather", vertices: VERTEX, textures: &[("", LOOKED_UP, CHAINED_SPLATS)] },
+            // The picture shows the map.
+            PassBounds { pass: "shade", vertices: VERTEX, textures: &[("", SHADED, CHAINED_SPLATS)] },
+            PassBounds { pass: "glass", vertices: VERTEX, textures: &[("", SEARCHED, CHAINED_SPLATS)] },
+            PassBounds { pass: "picture", vertices: VERTEX, textures: &[("", SEARCHED, CHAINED_SPLATS)] },
         ]
     }
     fn layouts(&self) -> Vec<Layout> {

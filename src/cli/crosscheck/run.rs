@@ -143,7 +143,7 @@ fn check(
             failed = picture(attachment, surfaces, &folder.join(name), &mut pictures).err();
         }
     };
-    let report = crosscheck(gpu, device, frame, frame, mode, &args.techniques.bounds(), watch)?;
+    let report = crosscheck(gpu, device, frame, frame, mode, &args.techniques.bounds(technique), watch)?;
     if let Some(error) = failed {
         return Err(error);
     }

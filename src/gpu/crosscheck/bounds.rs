@@ -27,6 +27,10 @@ const HARDWARE: Bound = Bound::new("hardware", 1.0e-4, 500.0, 50.0);
 /// [`INTERPOLATED`] for llvmpipe, which anchors its planes at the target's origin: small triangles far from the origin differ by up to 1e-3.
 const INTERPOLATED_FROM_ORIGIN: Bound = Bound::new("interpolated-from-origin", 1.0e-4, 4000.0, 600.0);
 
+/// [`INTERPOLATED`] for SwiftShader, which anchors its planes at a corner: in a triangle that starts close to the eye and is many times as large as the
+/// picture, that corner is far from the pixels.
+const INTERPOLATED_FROM_CORNER: Bound = Bound::new("interpolated-from-corner", 5.0e-4, 200.0, 60.0);
+
 /// The bound of one attachment of one pass. Attachments without a row in `passes` have the bound of shaded colours.
 #[must_use]
 pub fn bound_of(passes: &[PassBounds], family: Family, mode: Mode, pass: &str, texture: &str, info: FormatInfo) -> Bound {
@@ -38,15 +42,22 @@ pub fn bound_of(passes: &[PassBounds], family: Family, mode: Mode, pass: &str, t
         };
     }
     let rows = row_of(passes, pass).map_or(&[][..], |row| row.textures);
-    // A texture of one of several lights has the light's number behind its name.
-    let is = |name: &str| name.is_empty() || texture.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(' '));
-    let row = rows.iter().find(|(name, ..)| is(name));
+    // A texture of one of several lights has the light's number behind its name; one of several textures of a buffer has its name at the end.
+    let is = |name: &str| {
+        let [before, behind] = [texture.strip_suffix(name), texture.strip_prefix(name)];
+        before.is_some_and(|rest| rest.is_empty() || rest.ends_with(' ')) || behind.is_some_and(|rest| rest.starts_with(' '))
+    };
+    let row = rows.iter().find(|(name, ..)| name.is_empty() || is(name));
     let (resynchronised, free) = row.map_or((SHADED, CHAINED), |(_, resynchronised, free)| (*resynchronised, *free));
     let bound = match mode {
         Mode::Resynchronised => resynchronised,
         Mode::FreeRunning => free,
     };
-    if bound == INTERPOLATED && family == Family::Lavapipe { INTERPOLATED_FROM_ORIGIN } else { bound }
+    match family {
+        Family::Lavapipe if bound == INTERPOLATED => INTERPOLATED_FROM_ORIGIN,
+        Family::SwiftShader if bound == INTERPOLATED => INTERPOLATED_FROM_CORNER,
+        _ => bound,
+    }
 }
 
 /// The bound of a pass's vertices.
@@ -94,12 +105,15 @@ mod tests {
         let info = format_info(TextureFormat::Rgba32Float).unwrap();
         let of = |pass, texture, mode| bound_of(PASSES, Family::SwiftShader, mode, pass, texture, info);
         assert_eq!(of("sums 0", "count", Mode::Resynchronised), COUNTED);
+        assert_eq!(of("sums 0", "buffer front 0 count", Mode::Resynchronised), COUNTED);
+        assert_eq!(of("sums 0", "discount", Mode::Resynchronised), ACCUMULATED);
         assert_eq!(of("sums 1", "count 1", Mode::Resynchronised), COUNTED);
         assert_eq!(of("sums 1", "counter", Mode::Resynchronised), ACCUMULATED);
         assert_eq!(of("sums 1", "light", Mode::Resynchronised), ACCUMULATED);
         assert_eq!(of("sums 1", "light", Mode::FreeRunning), CHAINED);
         assert_eq!(of("other", "light", Mode::Resynchronised), SHADED);
         assert_eq!(bound_of(PASSES, Family::Lavapipe, Mode::FreeRunning, "seen", "", info), INTERPOLATED_FROM_ORIGIN);
+        assert_eq!(of("seen", "", Mode::Resynchronised), INTERPOLATED_FROM_CORNER);
         assert_eq!((vertex_bound_of(PASSES, "sums 7"), vertex_bound_of(PASSES, "other")), (SWEPT, VERTEX));
     }
 }

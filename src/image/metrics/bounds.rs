@@ -51,6 +51,9 @@ pub const SWEPT: Bound = Bound::new("swept-vertex", 5.0e-4, 300.0, 300.0);
 /// Attributes interpolated by f32 planes; patterns computed from them switch at slightly different places.
 pub const INTERPOLATED: Bound = Bound::new("interpolated", 1.0e-4, 200.0, 60.0);
 
+/// Patterns of interpolated positions in pictures of few texels: where a pattern switches, the last place of a position decides.
+pub const PATTERNED: Bound = Bound::new("patterned", 1.0e-4, 1000.0, 200.0);
+
 /// Colours shaded from equal inputs: elementary functions differ in their last places.
 pub const SHADED: Bound = Bound::new("shaded", 1.0e-4, 100.0, 20.0);
 
