@@ -44,13 +44,13 @@ macro_rules! layout {
 #[must_use]
 pub fn shared() -> Vec<Layout> {
     vec![
-        layout!(CameraUniform: clip_from_world, world_from_clip, eye_ws, size_px, water, extent),
+        layout!(CameraUniform: clip_from_world, world_from_clip, eye_ws, size_px, water, extent, grid, level),
         layout!(EnvironmentUniform: zenith, horizon, ground, disc, suns, ambient, sigma_t, inscatter),
         layout!(PatternUniform: kind, numbers, first, colours),
         layout!(MaterialUniform: pattern, kind),
         layout!(ReceiverVertex: position_ws, normal_ws),
         layout!(WaterVertex: position_ws, normal_ws),
-        layout!(LightUniform: clip_from_world, position_ws, intensity, spot, water, entry, refracted),
+        layout!(LightUniform: clip_from_world, position_ws, intensity, spot, water, entry, refracted, own, cube),
         layout!(Beam: g, d, flux),
         layout!(LightView: clip_from_world, position_ws),
         layout!(TexelView: view, axis_ws, size_tx),

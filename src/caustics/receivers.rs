@@ -18,9 +18,8 @@ pub struct ReceiverGroup {
     pub material: Material,
     /// Range of the mesh's indices.
     pub indices: std::ops::Range<u32>,
-    /// Whether the whole object is under water, and no light from above can pass it and reach a point above water. It then casts no shadow through
-    /// air.
-    pub submerged: bool,
+    /// World y of its highest point, m.
+    pub top_y: f32,
 }
 
 /// All receivers of a scene. They are static: made once and shared by all frames of an animation.
@@ -38,6 +37,8 @@ pub struct Receivers {
     pub bounds: Aabb,
     /// Triangles of the mesh.
     pub triangles: u64,
+    /// World y of the lowest point beside the water, m; infinite if there is none.
+    pub lowest_beside_water_y: f32,
 }
 
 impl Receivers {
@@ -56,10 +57,9 @@ impl Receivers {
             let first = all.indices.len() as u32;
             append(&mut all, &mesh?, cut_y);
             let indices = first..all.indices.len() as u32;
-            groups.push(ReceiverGroup { material: object.material.clone(), indices, submerged: false });
-        }
-        if let Some(water) = &scene.water {
-            find_submerged(&all, &mut groups, water);
+            let heights = all.indices[first as usize..].iter().map(|&i| all.positions[i as usize].y);
+            let top_y = heights.fold(f32::NEG_INFINITY, f32::max);
+            groups.push(ReceiverGroup { material: object.material.clone(), indices, top_y });
         }
         Ok(Self {
             vertices: Arc::new(Buffer::from_slice(&vertices_of(&all))),
@@ -67,17 +67,32 @@ impl Receivers {
             groups,
             bounds: all.bounds(),
             triangles: all.triangle_count() as u64,
+            lowest_beside_water_y: scene.water.as_ref().map_or(f32::INFINITY, |water| lowest_beside(&all, water)),
             mesh: all,
         })
     }
 
-    /// The groups that can cast a shadow of this light on a point above water or on the water surface.
-    pub fn air_casters<'a>(&'a self, light: &Light, level_y: f32) -> impl Iterator<Item = &'a ReceiverGroup> + use<'a> {
+    /// The groups that can cast a shadow of this light on a point above water or on the water surface. Light from above that passes an object wholly
+    /// below the lowest point of the surface, `trough_y`, reaches no point above water, unless there is one beside the water and as low.
+    pub fn casters<'a>(&'a self, light: &Light, trough_y: f32) -> impl Iterator<Item = &'a ReceiverGroup> + use<'a> {
         let from_above = match *light {
             Light::Directional { .. } => light.incident(Vec3::ZERO).direction_ws.y < 0.0,
-            Light::Point { position, .. } | Light::Spot { position, .. } => position.y > level_y,
+            Light::Point { position, .. } | Light::Spot { position, .. } => position.y > trough_y,
         };
-        self.groups.iter().filter(move |group| !(group.indices.is_empty() || from_above && group.submerged))
+        let passes = from_above && self.lowest_beside_water_y >= trough_y;
+        self.groups.iter().filter(move |group| !(group.indices.is_empty() || passes && group.top_y < trough_y))
+    }
+
+    /// The receivers mirrored at the plane y = 0, as beams that go up meet them. Buffers for shaders are those of the receivers themselves.
+    #[must_use]
+    pub fn upside_down(&self) -> Self {
+        let mirrored = |p: Vec3| Vec3::new(p.x, -p.y, p.z);
+        let mut turned = self.clone();
+        turned.mesh.positions.iter_mut().for_each(|p| *p = mirrored(*p));
+        if !self.bounds.is_empty() {
+            turned.bounds = Aabb::from_corners(mirrored(self.bounds.min), mirrored(self.bounds.max));
+        }
+        turned
     }
 
     /// Positions of a group's vertices in the order of its indices, three per triangle.
@@ -164,19 +179,12 @@ fn append_polygon(all: &mut Mesh, vertices: &[PolygonVertex]) {
     }
 }
 
-/// Marks groups that are wholly under water, unless a receiver outside of the water's extent lies below the water's level.
-fn find_submerged(all: &Mesh, groups: &mut [ReceiverGroup], water: &Water) {
-    let is_low = |p: &Vec3| p.y < water.level_m;
+/// World y of the lowest point of a mesh that is not over the water's extent.
+fn lowest_beside(all: &Mesh, water: &Water) -> f32 {
     let (min, max) = water.extent_ws();
-    let is_inside = |p: &Vec3| {
+    let is_beside = |p: &&Vec3| {
         let at = Vec2::new(p.x, p.z);
-        at.cmpge(min).all() && at.cmple(max).all()
+        !(at.cmpge(min).all() && at.cmple(max).all())
     };
-    if !all.positions.iter().all(|p| !is_low(p) || is_inside(p)) {
-        return;
-    }
-    for group in groups {
-        let mut indices = all.indices[group.indices.start as usize..group.indices.end as usize].iter();
-        group.submerged = indices.all(|&i| is_low(&all.positions[i as usize]));
-    }
+    all.positions.iter().filter(is_beside).fold(f32::INFINITY, |low, p| low.min(p.y))
 }

@@ -230,13 +230,14 @@ impl Surfaces {
         (lit, found)
     }
 
-    /// Follows a ray from a light to the first mirror or glass, and its light from there. `None` if it meets a receiver first, or nothing.
-    pub fn arrivals(&self, start: Vec3, direction: Vec3) -> Option<Followed> {
+    /// Follows a ray of a light to the first mirror, glass or water, and its light from there. `None` if it meets a receiver first, or nothing. The ray is
+    /// followed from `start`, its light from where `emitted` says that it was emitted if it meets its first surface at a point.
+    pub fn arrivals(&self, start: Vec3, direction: Vec3, emitted: impl Fn(Vec3) -> Vec3) -> Option<Followed> {
         let first = self.nearest(start, direction, f32::INFINITY).filter(|first| !self.is_diffuse(first.mesh))?;
         let start = State {
             hash: 1,
             share: Vec3::ONE,
-            position: start,
+            position: emitted(first.position),
             direction,
             events: 0,
             tint: Vec3::ONE,
@@ -471,7 +472,7 @@ mod tests {
         let start = Vec3::new(0.0, 0.8, 0.0) - direction;
         let lands = |ior: f32, water: f32| {
             let surfaces = Surfaces::new(vec![(block.clone(), clear(ior)), floor.clone()]).with_water(grid(20.0), clear(water));
-            let followed = surfaces.arrivals(start, direction).expect("the block is met");
+            let followed = surfaces.arrivals(start, direction, |_| start).expect("the block is met");
             let brightest = followed.arrivals.iter().max_by(|a, b| a.share.x.total_cmp(&b.share.x)).expect("light lands");
             (brightest.position.x, brightest.share.x)
         };

@@ -104,6 +104,19 @@ pub struct Incident {
 }
 
 impl Light {
+    /// The light mirrored at the plane y = 0.
+    #[must_use]
+    pub fn upside_down(&self) -> Self {
+        let mirrored = |v: Vec3| Vec3::new(v.x, -v.y, v.z);
+        match *self {
+            Self::Directional { aim, irradiance } => Self::Directional { aim: Aim::Along(mirrored(aim.direction_ws())), irradiance },
+            Self::Point { position, intensity } => Self::Point { position: mirrored(position), intensity },
+            Self::Spot { position, direction, intensity, inner_deg, outer_deg } => {
+                Self::Spot { position: mirrored(position), direction: mirrored(direction), intensity, inner_deg, outer_deg }
+            }
+        }
+    }
+
     /// The unshadowed light that arrives at `position_ws`.
     ///
     /// Directional: E; point: I / r²; spot: s I / r², with s the smoothstep of the cosine from the outer to the inner cone. At the light

@@ -27,4 +27,5 @@ mod splatting;
 mod splatting_claims;
 mod trace;
 mod trace_cli;
+mod waterside;
 mod wgsl;

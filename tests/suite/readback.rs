@@ -7,7 +7,7 @@ use nephroid::caustics::readback::{self, OcclusionQueries, QUERIES_PER_PASS};
 use nephroid::caustics::{RenderOptions, Renderer};
 use nephroid::frame::{BindEntry, CpuExecutor, DepthStencilAttachment, Draw, Executor, Frame, FrameError, Pass};
 use nephroid::passes::geometry_buffer::ReceiverVertex;
-use nephroid::passes::shadow_map::{LightUniform, air_program};
+use nephroid::passes::shadow_map::{LightUniform, straight_program};
 use nephroid::pipeline::state::{CompareFunction, DepthBiasState, DepthStencilState, StencilState, TextureFormat};
 use nephroid::pipeline::{Buffer, Device, DeviceOptions, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 
@@ -50,7 +50,7 @@ fn queries(shapes: &[[ReceiverVertex; 6]]) -> OcclusionQueries {
                 stencil: StencilState::default(),
                 bias: DepthBiasState::default(),
             }),
-            ..RenderPipelineDescriptor::new(label, air_program())
+            ..RenderPipelineDescriptor::new(label, straight_program())
         })
     };
     let (fill, test) = (pipeline("fill", CompareFunction::Less, true), pipeline("test", CompareFunction::Less, false));

@@ -1,17 +1,21 @@
 //! Generators and their refracted rays: one beam per triangle of the water mesh and light [SF05 §3.2, BO §3.2].
 //!
-//! `refract` makes beams, `geometry` (with its WGSL twin) computes their cross-sections, `audit` sums their energy.
+//! `refract` makes beams, `window` finds the part of the surface where a lamp in the water needs them, `geometry` (with its WGSL twin) computes their cross-sections, `audit` sums their energy.
+//!
+//! Beams go down. Those of a light in the water go up, and are computed upside down: mirrored at the plane y = 0, see [`LightBeams::side`].
 
 mod audit;
 pub mod geometry;
 mod refract;
+mod window;
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 pub use audit::audit;
 pub use geometry::comes_first;
-pub use refract::light_beams;
+pub use refract::Interface;
+pub use window::window;
 
 /// Value of [`LightBeams::of_triangle`] for a triangle without a beam.
 pub const NONE: u32 = u32::MAX;
@@ -44,19 +48,25 @@ pub struct Beam {
 /// A light's energy at the surface, in watts summed over RGB.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceEnergy {
-    /// Arrived at the generators.
+    /// Emitted towards the generators: what arrives, and what the medium before them has taken away.
     pub incident: f64,
+    /// Taken away by the medium before the generators.
+    pub absorbed: f64,
     /// Reflected by Fresnel's law.
     pub reflected: f64,
-    /// Entered the water.
+    /// Arrived where at least one vertex of the triangle reflects all light.
+    pub totally_reflected: f64,
+    /// Passed the surface.
     pub entered: f64,
-    /// Arrived at triangles that face away from the light, or whose rays do not go down.
+    /// Arrived at triangles whose refracted rays are nearly level, or that face away from the light at one vertex.
     pub grazing: f64,
 }
 
 impl SurfaceEnergy {
     fn add(&mut self, other: &Self) {
         self.incident += other.incident;
+        self.absorbed += other.absorbed;
+        self.totally_reflected += other.totally_reflected;
         self.reflected += other.reflected;
         self.entered += other.entered;
         self.grazing += other.grazing;
@@ -64,7 +74,7 @@ impl SurfaceEnergy {
 }
 
 /// A light's beams through a water surface.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct LightBeams {
     /// In the order of the mesh's triangles, without those that carry no light.
     pub beams: Vec<Beam>,
@@ -73,8 +83,20 @@ pub struct LightBeams {
     /// Per vertex of a water mesh, its position (m) and its refracted ray per metre of depth, as in [`Beam`]; both are NaN where there is no
     /// ray. Empty for beams of other generators.
     pub vertex_rays: Vec<[Vec4; 2]>,
+    /// 1, or −1 if the beams are upside down: y is minus the world's.
+    pub side: f32,
+    /// Extinction coefficient along the beams, 1/m, linear RGB.
+    pub sigma_t: Vec3,
     /// Energy at the surface.
     pub energy: SurfaceEnergy,
     /// Number of triangles without a beam.
     pub dark: u64,
+}
+
+impl Default for LightBeams {
+    /// No beams, the right way up.
+    fn default() -> Self {
+        let (beams, of_triangle, vertex_rays) = (Vec::new(), Vec::new(), Vec::new());
+        Self { beams, of_triangle, vertex_rays, side: 1.0, sigma_t: Vec3::ZERO, energy: SurfaceEnergy::default(), dark: 0 }
+    }
 }

@@ -1,14 +1,32 @@
 //! Refraction at the surface: beams and their flux.
 
+use std::borrow::Cow;
+
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use nephroid_math::optics::{fresnel_transmittance, refract};
+use nephroid_math::optics::{beer_lambert_rgb, fresnel_transmittance, refract};
 use nephroid_math::vector::{V3, v3};
 use nephroid_scene::water::HeightField;
-use nephroid_scene::{Incident, Light};
+use nephroid_scene::{Incident, Light, Medium};
 
-use super::{Beam, FluxModel, LightBeams, NONE, SurfaceEnergy, comes_first};
+use super::{Beam, FluxModel, LightBeams, NONE, SurfaceEnergy, comes_first, window};
+use crate::passes::shadow_map::LightUniform;
+
+/// A water surface and a light before it: above it, or upside down in the water.
+pub struct Interface<'a> {
+    /// The surface, which the light meets from above.
+    pub field: Cow<'a, HeightField>,
+    light: Light,
+    /// Refractive index beyond the surface over that before it.
+    ior: f32,
+    /// Extinction coefficient before the surface, 1/m; for parallel light the coordinate along it at which it starts, m.
+    before: (Vec3, f32),
+    /// As [`LightBeams::sigma_t`].
+    sigma_t: Vec3,
+    /// As [`LightBeams::side`].
+    pub side: f32,
+}
 
 /// A vertex of the mesh with its refracted ray.
 #[derive(Clone, Copy)]
@@ -17,68 +35,123 @@ struct Refracted {
     /// Refracted ray per metre of depth, and its length; `None` if it does not go down.
     ray: Option<(Vec3, f32)>,
     light_direction: Vec3,
+    /// Position relative to a lamp, m.
+    from_lamp: Vec3,
+    /// What would arrive without the medium before the surface: irradiance across parallel light, W/m², or a lamp's intensity in this direction, W/sr.
+    strength: Vec3,
+    /// Share of it that the medium leaves.
+    kept: Vec3,
+    /// Irradiance across the light, W/m².
     irradiance: Vec3,
     transmittance: f32,
+    /// Whether all light is reflected.
+    reflects_all: bool,
 }
 
-/// Refracts a light at every vertex and makes a beam of every lit triangle, in parallel. Results are in mesh order.
-#[must_use]
-pub fn light_beams(field: &HeightField, light: &Light, ior: f32, flux_model: FluxModel) -> LightBeams {
-    let columns = field.columns;
-    // Directional light is the same everywhere. Computing it takes longer than refracting it, so it is computed once.
-    let parallel = matches!(light, Light::Directional { .. }).then(|| light.incident(Vec3::ZERO));
-    let vertices: Vec<Refracted> = (0..field.heights_ws.len() as u32)
-        .into_par_iter()
-        .with_min_len(1024)
-        .map(|i| {
-            let position = field.position_ws(i % columns, i / columns);
-            refract_vertex(position, field.normals_ws[i as usize], &parallel.unwrap_or_else(|| light.incident(position)), ior)
-        })
-        .collect();
-    let flat = flat_transmittance(field, light, ior);
-    let indices = field.triangle_indices();
-    let (mut beams, energies): (Vec<Beam>, Vec<SurfaceEnergy>) = indices
-        .par_chunks_exact(3)
-        .with_min_len(1024)
-        .map(|t| {
-            let (made, energy) = beam([0, 1, 2].map(|k| vertices[t[k] as usize]), flux_model, flat);
-            // A triangle without area has no beam.
-            (made.unwrap_or_default(), energy)
-        })
-        .unzip();
-    let vertex_ray = |v: &Refracted| match v.ray {
-        Some((ray, length)) => [v.position.extend(0.0), Vec4::new(ray.x, length, ray.z, 0.0)],
-        None => [Vec4::NAN; 2],
-    };
-    let mut out = LightBeams { vertex_rays: vertices.iter().map(vertex_ray).collect(), ..LightBeams::default() };
-    // Summed in mesh order on one thread: the same bits for any number of threads.
-    energies.iter().for_each(|energy| out.energy.add(energy));
-    let mut next = 0..;
-    let number = |beam: &Beam| if beam.flux.w > 0.0 { next.next().unwrap_or(NONE) } else { NONE };
-    out.of_triangle = beams.iter().map(number).collect();
-    out.dark = out.of_triangle.iter().filter(|&&number| number == NONE).count() as u64;
-    if out.dark > 0 {
-        beams.retain(|beam| beam.flux.w > 0.0);
+impl<'a> Interface<'a> {
+    /// The surface of water with a medium, as a light of the frame meets it.
+    #[must_use]
+    pub fn new(field: &'a HeightField, light: &Light, uniform: &LightUniform, medium: &Medium) -> Self {
+        let (ior, before) = (uniform.water.z, (uniform.own.truncate(), uniform.own.w));
+        if uniform.water.x < 0.0 {
+            let field = Cow::Owned(window(field, light, 1.0 / ior).as_ref().unwrap_or(field).upside_down());
+            return Self { field, light: light.upside_down(), ior, before, sigma_t: Vec3::ZERO, side: -1.0 };
+        }
+        Self { field: Cow::Borrowed(field), light: *light, ior, before, sigma_t: medium.sigma_t(), side: 1.0 }
     }
-    out.beams = beams;
-    out
+
+    /// Refracts the light at every vertex and makes a beam of every lit triangle, in parallel. Results are in mesh order.
+    #[must_use]
+    pub fn beams(&self, flux_model: FluxModel) -> LightBeams {
+        let Self { field, light, ior, .. } = self;
+        let columns = field.columns;
+        // Directional light is the same everywhere. Computing it takes longer than refracting it, so it is computed once.
+        let parallel = matches!(light, Light::Directional { .. }).then(|| light.incident(Vec3::ZERO));
+        let vertices: Vec<Refracted> = (0..field.heights_ws.len() as u32)
+            .into_par_iter()
+            .with_min_len(1024)
+            .map(|i| {
+                let position = field.position_ws(i % columns, i / columns);
+                self.refract_vertex(position, field.normals_ws[i as usize], &parallel.unwrap_or_else(|| light.incident(position)))
+            })
+            .collect();
+        let flat = flat_transmittance(field, light, *ior);
+        let indices = field.triangle_indices();
+        let (mut beams, energies): (Vec<Beam>, Vec<SurfaceEnergy>) = indices
+            .par_chunks_exact(3)
+            .with_min_len(1024)
+            .map(|t| {
+                let (made, energy) = beam([0, 1, 2].map(|k| vertices[t[k] as usize]), flux_model, flat);
+                // A triangle without area has no beam.
+                (made.unwrap_or_default(), energy)
+            })
+            .unzip();
+        let vertex_ray = |v: &Refracted| match v.ray {
+            Some((ray, length)) => [v.position.extend(0.0), Vec4::new(ray.x, length, ray.z, 0.0)],
+            None => [Vec4::NAN; 2],
+        };
+        let vertex_rays = vertices.iter().map(vertex_ray).collect();
+        let mut out = LightBeams { vertex_rays, side: self.side, sigma_t: self.sigma_t, ..LightBeams::default() };
+        // Summed in mesh order on one thread: the same bits for any number of threads.
+        energies.iter().for_each(|energy| out.energy.add(energy));
+        let mut next = 0..;
+        let number = |beam: &Beam| if beam.flux.w > 0.0 { next.next().unwrap_or(NONE) } else { NONE };
+        out.of_triangle = beams.iter().map(number).collect();
+        out.dark = out.of_triangle.iter().filter(|&&number| number == NONE).count() as u64;
+        if out.dark > 0 {
+            beams.retain(|beam| beam.flux.w > 0.0);
+        }
+        out.beams = beams;
+        out
+    }
+
+    fn refract_vertex(&self, position: Vec3, normal: Vec3, incident: &Incident) -> Refracted {
+        let direction = incident.direction_ws;
+        let cos = -direction.dot(normal);
+        let (t, enters) = refract(to_v3(direction), to_v3(normal), 1.0 / self.ior);
+        // A nearly horizontal ray would reach the floor a thousand depths away.
+        let ray = (enters && cos > 0.0 && t.y < -1.0e-3).then(|| {
+            let per_depth = 1.0 / -t.y;
+            (Vec3::new(t.x * per_depth, -1.0, t.z * per_depth), per_depth)
+        });
+        let transmittance = if cos > 0.0 { fresnel_transmittance(cos.min(1.0), 1.0, self.ior) } else { 0.0 };
+        let arriving = incident.irradiance;
+        let (from_lamp, strength, distance) = match self.light {
+            Light::Directional { .. } => (Vec3::ZERO, arriving, (position.dot(direction) - self.before.1).max(0.0)),
+            Light::Point { position: lamp, .. } | Light::Spot { position: lamp, .. } => {
+                let from = position - lamp;
+                (from, arriving * from.length_squared(), from.length())
+            }
+        };
+        let kept = beer_lambert_rgb(self.before.0, distance);
+        let kept = if self.before.0 == Vec3::ZERO { Vec3::ONE } else { Vec3::new(kept.x, kept.y, kept.z) };
+        let reflects_all = cos > 0.0 && !enters;
+        Refracted {
+            position,
+            ray,
+            light_direction: direction,
+            from_lamp,
+            strength,
+            kept,
+            irradiance: arriving * kept,
+            transmittance,
+            reflects_all,
+        }
+    }
+}
+
+/// Solid angle of a triangle whose corners are given relative to the eye, sr, above 0 if its normal (anticlockwise) points away from the eye [Van Oosterom
+/// & Strackee 1983].
+fn solid_angle([a, b, c]: [Vec3; 3]) -> f32 {
+    let [a, b, c] = [a, b, c].map(Vec3::as_dvec3);
+    let (la, lb, lc) = (a.length(), b.length(), c.length());
+    let volume = a.dot(b.cross(c));
+    let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    (2.0 * libm::atan2(volume, below)) as f32
 }
 
 fn to_v3(v: Vec3) -> V3<f32> {
     v3(v.x, v.y, v.z)
-}
-
-fn refract_vertex(position: Vec3, normal: Vec3, incident: &Incident, ior: f32) -> Refracted {
-    let direction = incident.direction_ws;
-    let cos = -direction.dot(normal);
-    let (t, enters) = refract(to_v3(direction), to_v3(normal), 1.0 / ior);
-    // A nearly horizontal ray would reach the floor a thousand depths away.
-    let ray = (enters && cos > 0.0 && t.y < -1.0e-3).then(|| {
-        let per_depth = 1.0 / -t.y;
-        (Vec3::new(t.x * per_depth, -1.0, t.z * per_depth), per_depth)
-    });
-    let transmittance = if cos > 0.0 { fresnel_transmittance(cos.min(1.0), 1.0, ior) } else { 0.0 };
-    Refracted { position, ray, light_direction: direction, irradiance: incident.irradiance, transmittance }
 }
 
 /// Transmittance of the level surface at the centre of the water.
@@ -92,22 +165,33 @@ fn beam(v: [Refracted; 3], flux_model: FluxModel, flat_transmittance: f32) -> (O
     let [a, b, c] = v.map(|v| v.position);
     // Twice the area times the upward normal.
     let cross = (b - a).cross(c - a);
-    let cross = if cross.y < 0.0 { -cross } else { cross };
+    let turned = cross.y < 0.0;
+    let cross = if turned { -cross } else { cross };
     let area = 0.5 * cross.length();
     let mean = |f: fn(&Refracted) -> Vec3| (f(&v[0]) + f(&v[1]) + f(&v[2])) / 3.0;
     let direction = mean(|v| v.light_direction).normalize_or_zero();
-    let across = (-direction.dot(cross) * 0.5).max(0.0);
-    let incident = mean(|v| v.irradiance) * across;
+    // The measure of what arrives: the area across parallel light, or the solid angle of a lamp's light. By its irradiance at the corners, light of a lamp
+    // near a coarse mesh would be too bright by the square of an edge over its distance.
+    let measure = if v[0].from_lamp == Vec3::ZERO {
+        -direction.dot(cross) * 0.5
+    } else {
+        let seen = [v[0], v[1], v[2]].map(|v| v.from_lamp);
+        if turned { solid_angle(seen) } else { -solid_angle(seen) }
+    };
+    let measure = measure.max(0.0);
+    let emitted = mean(|v| v.strength) * measure;
+    let incident = mean(|v| v.strength * v.kept) * measure;
     let transmittance = (v[0].transmittance + v[1].transmittance + v[2].transmittance) / 3.0;
     let sum = |v: Vec3| f64::from(v.x) + f64::from(v.y) + f64::from(v.z);
-    let mut energy = SurfaceEnergy { incident: sum(incident), ..SurfaceEnergy::default() };
+    let mut energy = SurfaceEnergy { incident: sum(emitted), absorbed: sum(emitted - incident), ..SurfaceEnergy::default() };
     let (Some(ra), Some(rb), Some(rc)) = (v[0].ray, v[1].ray, v[2].ray) else {
-        energy.grazing = energy.incident;
+        let end = if v.iter().any(|v| v.reflects_all) { &mut energy.totally_reflected } else { &mut energy.grazing };
+        *end = sum(incident);
         return (None, energy);
     };
     let entered = incident * transmittance;
     energy.entered = sum(entered);
-    energy.reflected = energy.incident - energy.entered;
+    energy.reflected = sum(incident * (1.0 - transmittance));
     let flux = match flux_model {
         FluxModel::Conserved => entered,
         FluxModel::FlatTransmittance => mean(|v| v.irradiance) * flat_transmittance * area,

@@ -16,7 +16,7 @@ pub(super) struct GeometryTargets {
     pub position: TextureId,
     /// Unit normal towards the eye; w is the refractive index.
     pub normal: TextureId,
-    /// Albedo.
+    /// Albedo; w is 1 under water, otherwise 0.
     pub albedo: TextureId,
     /// Depth.
     pub depth: TextureId,
@@ -74,7 +74,7 @@ impl FrameBuilder<'_> {
                 Some((_, bindings)) => *bindings,
                 None => {
                     let uniform = self.uniform(&format!("{label} material {}", made.len()), material);
-                    let entries = vec![BindEntry::Uniform(camera, 0), BindEntry::Storage(self.vertices), BindEntry::Uniform(uniform, 0)];
+                    let entries = vec![BindEntry::Uniform(camera, 0), BindEntry::Storage(self.vertices), BindEntry::Uniform(uniform, 0), BindEntry::texture(self.heights)];
                     let bindings = self.frame.bind_group(entries);
                     made.push((material, bindings));
                     bindings

@@ -8,7 +8,7 @@
 //! | `view` | size of the targets, refraction of the eye, the camera's uniform: [`ViewOptions`] |
 //! | `geometry` | pass `geometry_buffer`: position, normal and albedo of what each pixel sees |
 //! | `specular` | what a scene with mirrors or glass has in addition: receivers behind them, and what the eye sees in them |
-//! | `light` | passes `shadow_map_air N`, `shadow_map_water N`, `light N` |
+//! | `light`, `shadow_view` | passes `shadow_map_straight N`, `shadow_map_refracted N`, `light N` |
 //! | `targets` | textures in which caustic light is summed |
 //! | `picture` | passes `shade` and `picture` |
 //! | `state` | pipeline state that passes share |
@@ -16,6 +16,7 @@
 mod geometry;
 pub mod light;
 mod picture;
+mod shadow_view;
 mod specular;
 pub mod state;
 pub mod targets;
@@ -34,7 +35,7 @@ use nephroid_scene::water::HeightField;
 use nephroid_scene::{Material, Scene};
 
 use geometry::GeometryTargets;
-pub use light::FrameLight;
+pub use light::{FrameLight, is_in_water};
 pub use picture::Contributions;
 use specular::Specular;
 pub use targets::CausticTargets;
@@ -67,7 +68,7 @@ pub struct FrameBuilder<'a> {
     pub position: TextureId,
     /// Unit normal towards the eye.
     pub normal: TextureId,
-    /// Albedo.
+    /// Albedo; w is 1 under water, otherwise 0.
     pub albedo: TextureId,
     /// Depth of the receivers, with a stencil if [`ViewOptions::stencil`] is set.
     pub depth: TextureId,
@@ -75,12 +76,13 @@ pub struct FrameBuilder<'a> {
     pub depth_format: TextureFormat,
     /// Direct irradiance, W/m², summed over the lights drawn so far.
     pub direct: TextureId,
-    /// Visibility under water of the light drawn last, 0 to 1.
+    /// Visibility, through the water's surface, of the light drawn last, 0 to 1; 0 on the light's own side.
     pub visibility: TextureId,
     /// The picture: radiance, W/(m² sr).
     pub color: TextureId,
     vertices: BufferId,
     indices: BufferId,
+    heights: TextureId,
     specular: Option<Specular>,
 }
 
@@ -88,7 +90,7 @@ impl<'a> FrameBuilder<'a> {
     /// Starts a frame with the pass `geometry_buffer`.
     #[must_use]
     pub fn new(scene: &'a Scene, receivers: &'a Receivers, water: Option<&'a HeightField>, view: &ViewOptions) -> Self {
-        let eye = view::Eye::new(scene, view);
+        let eye = view::Eye::new(scene, water, view);
         let size = eye.size;
         let depth_format = if view.stencil { TextureFormat::Depth32FloatStencil8 } else { TextureFormat::Depth32Float };
         let mut frame = Frame::default();
@@ -103,6 +105,7 @@ impl<'a> FrameBuilder<'a> {
         let camera_buffer = frame.buffer("camera", Arc::new(Buffer::from_value(&eye.camera)));
         let vertices = frame.buffer("receivers", receivers.vertices.clone());
         let indices = frame.buffer("receiver indices", receivers.indices.clone());
+        let heights = water_heights(&mut frame, water);
         let mut builder = Self {
             frame,
             scene,
@@ -123,6 +126,7 @@ impl<'a> FrameBuilder<'a> {
             color,
             vertices,
             indices,
+            heights,
             specular: None,
         };
         let nearest = receivers.groups.iter().map(|group| (group, MaterialUniform::from(&group.material))).collect();
@@ -160,4 +164,12 @@ impl<'a> FrameBuilder<'a> {
         let targets = formats.iter().map(|&format| state::target(format, None)).collect();
         self.frame.pipeline(RenderPipelineDescriptor { targets, depth_stencil, ..RenderPipelineDescriptor::new(label, program) })
     }
+}
+
+/// The heights of the water's surface as a texture, m, a texel per vertex; one texel without water.
+#[must_use]
+pub fn water_heights(frame: &mut Frame, water: Option<&HeightField>) -> TextureId {
+    let (columns, rows, heights) = water.map_or((1, 1, &[0.0][..]), |field| (field.columns, field.rows, &field.heights_ws[..]));
+    let bytes = heights.iter().flat_map(|height| height.to_le_bytes()).collect();
+    frame.texture_with(TextureDescriptor::d2("water heights", columns, rows, TextureFormat::R32Float), vec![bytes])
 }

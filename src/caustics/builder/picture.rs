@@ -145,6 +145,7 @@ impl FrameBuilder<'_> {
         let count = indices.len() as u32;
         let indices = self.frame.buffer("water surface indices", Arc::new(Buffer::from_slice(&indices)));
         entries.push(BindEntry::Storage(vertices));
+        entries.push(BindEntry::texture(self.front().albedo));
         let bindings = self.frame.bind_group(entries);
         let snell = self.view.eye_refraction == EyeRefraction::Snell;
         let pipeline = self.frame.pipeline(RenderPipelineDescriptor {

@@ -98,9 +98,9 @@ impl FrameBuilder<'_> {
     /// The receivers that a light shines on besides those in the picture.
     pub(super) fn lit_surroundings(&self) -> Option<Lit> {
         self.specular.as_ref().map(|Specular { surroundings, .. }| Lit {
-            camera: surroundings.camera,
             position: surroundings.geometry.position,
             normal: surroundings.geometry.normal,
+            albedo: surroundings.geometry.albedo,
             direct: surroundings.direct,
             visibility: None,
         })

@@ -3,6 +3,8 @@
 use glam::{Mat4, Vec3, Vec4};
 
 use crate::passes::camera::{CameraUniform, apparent_depth_ratio};
+use crate::passes::light::Shadows;
+use nephroid_scene::water::{HeightField, Water};
 use nephroid_scene::{Camera, EyeRefraction, Scene};
 
 /// Width of the margin around the picture where refracted rays may leave it, as a share of the picture's larger side.
@@ -25,6 +27,15 @@ pub struct ViewOptions {
     pub stencil: bool,
 }
 
+impl ViewOptions {
+    /// The shadows of a light in the air or in the water.
+    #[must_use]
+    pub fn shadows(&self, in_water: bool) -> Shadows {
+        let (above, below) = (self.surface_shadows, self.underwater_shadows);
+        if in_water { Shadows { straight: below, refracted: above } } else { Shadows { straight: above, refracted: below } }
+    }
+}
+
 /// Targets and camera of a view.
 pub(super) struct Eye {
     /// Width and height of the targets, samples.
@@ -36,19 +47,19 @@ pub(super) struct Eye {
 }
 
 impl Eye {
-    pub fn new(scene: &Scene, view: &ViewOptions) -> Self {
-        let (under, ratio) = side_and_ratio(scene, view.eye_refraction);
+    pub fn new(scene: &Scene, water: Option<&HeightField>, view: &ViewOptions) -> Self {
+        let (under, ratio) = side_and_ratio(scene, water, view.eye_refraction);
         let (width, height) = (scene.image.width * view.samples, scene.image.height * view.samples);
         let margin = if ratio != 1.0 { (width.max(height) as f32 * SNELL_MARGIN).ceil() as u32 } else { 0 };
         let size = (width + 2 * margin, height + 2 * margin);
-        Self { size, margin, camera: camera_uniform(scene, (width, height), size, under, ratio) }
+        Self { size, margin, camera: camera_uniform(scene, water, (width, height), size, (under, ratio)) }
     }
 }
 
 /// Whether the eye is under water, and the apparent-depth ratio (see [`CameraUniform::raise`]).
-fn side_and_ratio(scene: &Scene, eye_refraction: EyeRefraction) -> (bool, f32) {
+fn side_and_ratio(scene: &Scene, surface: Option<&HeightField>, eye_refraction: EyeRefraction) -> (bool, f32) {
     let Some(water) = &scene.water else { return (false, 1.0) };
-    let under = eye_is_under_water(scene);
+    let under = eye_is_under_water(scene, surface);
     if under || eye_refraction == EyeRefraction::VirtualPlane {
         return (under, 1.0);
     }
@@ -62,24 +73,28 @@ fn side_and_ratio(scene: &Scene, eye_refraction: EyeRefraction) -> (bool, f32) {
     (under, apparent_depth_ratio(direction, water.ior))
 }
 
-/// Whether the eye is in the body of water. A parallel camera has its eye far away; it counts as under water if its position is.
+/// Whether the eye is in the body of water: below the surface at its place. A parallel camera has its eye far away; it counts as under water if its
+/// position is.
 #[must_use]
-pub fn eye_is_under_water(scene: &Scene) -> bool {
-    let Some(water) = &scene.water else { return false };
-    let eye = scene.camera.position_ws();
-    let (min, max) = (water.min_ws(), water.max_ws());
-    eye.y < water.level_m && (min.x..=max.x).contains(&eye.x) && (min.y..=max.y).contains(&eye.z)
+pub fn eye_is_under_water(scene: &Scene, surface: Option<&HeightField>) -> bool {
+    surface.is_some_and(|surface| surface.is_above(scene.camera.position_ws()))
 }
 
-/// Height at which receivers are cut for this scene and this view, see [`crate::Receivers::new`].
+/// Height at which receivers are cut for this scene and this view, see [`crate::Receivers::new`]: that from which on they appear raised
+/// ([`CameraUniform::raise`]), which no wave falls below. It is the same at all times, because receivers are made once.
 #[must_use]
 pub fn cut_level(scene: &Scene, eye_refraction: EyeRefraction) -> Option<f32> {
-    let (_, ratio) = side_and_ratio(scene, eye_refraction);
-    scene.water.as_ref().filter(|_| ratio != 1.0).map(|w| w.level_m)
+    scene.water.as_ref().filter(|_| eye_refraction == EyeRefraction::Snell).map(Water::lowest_m)
 }
 
 /// The uniform of a camera for targets of `size` samples, of which the picture covers the central `inner` ones.
-fn camera_uniform(scene: &Scene, inner: (u32, u32), size: (u32, u32), under: bool, ratio: f32) -> CameraUniform {
+fn camera_uniform(
+    scene: &Scene,
+    surface: Option<&HeightField>,
+    inner: (u32, u32),
+    size: (u32, u32),
+    (under, ratio): (bool, f32),
+) -> CameraUniform {
     let aspect = inner.0 as f32 / inner.1 as f32;
     let shrink = Vec3::new(inner.0 as f32 / size.0 as f32, inner.1 as f32 / size.1 as f32, 1.0);
     let clip_from_world = Mat4::from_scale(shrink) * scene.camera.clip_from_world(aspect);
@@ -87,16 +102,21 @@ fn camera_uniform(scene: &Scene, inner: (u32, u32), size: (u32, u32), under: boo
         Camera::Perspective { position, .. } => position.extend(1.0),
         Camera::Orthographic { .. } => scene.camera.forward_ws().extend(0.0),
     };
-    let (level, extent, exists) = scene.water.as_ref().map_or((0.0, Vec4::ZERO, 0.0), |w| {
-        let (min, max) = w.extent_ws();
-        (w.level_m, Vec4::new(min.x, min.y, max.x, max.y), 1.0)
+    let water = scene.water.as_ref().zip(surface);
+    let (extent, grid) = water.map_or((Vec4::ZERO, Vec4::ZERO), |(water, surface)| {
+        let ((min, max), first) = (water.extent_ws(), surface.origin_ws);
+        let per_metre = surface.spacing_m.recip();
+        (Vec4::new(min.x, min.y, max.x, max.y), Vec4::new(first.x, first.y, per_metre.x, per_metre.y))
     });
+    let (lowest, level) = scene.water.as_ref().map_or((0.0, 0.0), |water| (water.lowest_m(), water.level_m));
     CameraUniform {
         clip_from_world,
         world_from_clip: clip_from_world.inverse(),
         eye_ws,
         size_px: Vec4::new(size.0 as f32, size.1 as f32, 1.0 / size.0 as f32, 1.0 / size.1 as f32),
-        water: Vec4::new(level, ratio, if under { 1.0 } else { 0.0 }, exists),
+        water: Vec4::new(lowest, ratio, if under { 1.0 } else { 0.0 }, if water.is_some() { 1.0 } else { 0.0 }),
         extent,
+        grid,
+        level: Vec4::new(level, 0.0, 0.0, 0.0),
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 
-use crate::beams::{self, Beam, FluxModel, LightBeams};
+use crate::beams::{self, Beam, FluxModel, Interface, LightBeams};
 use crate::builder::state::{additive, depth_state};
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight, ViewOptions};
 use crate::receivers::Receivers;
@@ -45,9 +45,7 @@ pub fn build(
     settings: &CausticVolumes,
 ) -> Result<TechniqueFrame, RenderError> {
     let mut builder = FrameBuilder::new(scene, receivers, water, &view(settings));
-    let bottom_y = bottom_of_volumes(scene, receivers, settings);
     let targets = CausticTargets::new(&mut builder, layers, "volume_count");
-    let ior = scene.water.as_ref().map_or(1.0, |w| w.ior);
     let flux_model = match settings.radiometry {
         Radiometry::Physical => FluxModel::Conserved,
         Radiometry::Paper => FluxModel::FlatTransmittance,
@@ -55,14 +53,15 @@ pub fn build(
     let mut all_beams: Vec<LightBeams> = Vec::new();
     builder.lights(|builder, light| {
         if let Some(field) = water {
-            let beams = beams::light_beams(field, &scene.lights[light.number], ior, flux_model);
+            let beams = Interface::new(field, &scene.lights[light.number], &light.uniform, &scene.medium).beams(flux_model);
+            let bottom_y = bottom_of_volumes(scene, receivers, settings, &beams);
             volume_pass(builder, &beams, &targets, light, bottom_y, settings);
             all_beams.push(beams);
         }
         Ok(())
     })?;
     Ok(TechniqueFrame {
-        audit: beams::audit("water", &all_beams, scene.medium.sigma_t(), bottom_y),
+        audit: beams::audit("water", &all_beams, |beams| bottom_of_volumes(scene, receivers, settings, beams)),
         counters: counters(receivers, &all_beams),
         ..builder.finish(targets.contributions())
     })
@@ -85,14 +84,16 @@ fn slack_per_w(builder: &FrameBuilder<'_>) -> f32 {
     2.0 / (per_metre * builder.size.1 as f32) / 16.0
 }
 
-/// Height of the volumes' bottom cap: just below the lowest receiver, or where the light has become negligible.
-fn bottom_of_volumes(scene: &Scene, receivers: &Receivers, settings: &CausticVolumes) -> f32 {
+/// Height of the volumes' bottom cap, in the space of the beams: just below the lowest receiver, or where the light has become negligible.
+fn bottom_of_volumes(scene: &Scene, receivers: &Receivers, settings: &CausticVolumes, beams: &LightBeams) -> f32 {
     let Some(water) = &scene.water else { return 0.0 };
-    let floor = receivers.bounds.min.y.min(water.level_m) - settings.depth_below_floor_m;
-    let clearest = scene.medium.sigma_t().min_element();
+    let level = water.level_m * beams.side;
+    let lowest = if beams.side > 0.0 { receivers.bounds.min.y } else { -receivers.bounds.max.y };
+    let floor = lowest.min(level) - settings.depth_below_floor_m;
+    let clearest = beams.sigma_t.min_element();
     if clearest > 0.0 && settings.negligible_light > 0.0 {
         let reach = -libm::logf(settings.negligible_light) / clearest;
-        floor.max(water.level_m - reach)
+        floor.max(level - reach)
     } else {
         floor
     }
@@ -109,12 +110,12 @@ fn volume_pass(
 ) {
     let number = light.number;
     let slack = slack_per_w(builder);
-    let shadows = if settings.surface_shadows { 1.0 } else { 0.0 };
+    let shadows = if builder.view.shadows(light.in_water).straight { 1.0 } else { 0.0 };
     // For an eye above water, a front face passes the depth test wherever the receiver lies behind it, along the whole volume. A back face passes
     // almost only where the receiver lies inside the volume.
     let back = settings.faces != Faces::Front;
     let wanted = if back { -1.0 } else { 1.0 };
-    let uniform = VolumeUniform { shape: Vec4::new(bottom_y, slack, shadows, wanted), sigma_t: builder.scene.medium.sigma_t().extend(0.0) };
+    let uniform = VolumeUniform { shape: Vec4::new(bottom_y, slack, shadows, wanted), sigma_t: beams.sigma_t.extend(beams.side) };
     let uniform = builder.uniform(&format!("volumes {number}"), &uniform);
     // An empty buffer cannot be bound.
     let dark = [Beam::default()];
@@ -128,7 +129,7 @@ fn volume_pass(
         BindEntry::texture(builder.position),
         BindEntry::texture(builder.normal),
         BindEntry::texture(builder.visibility),
-        BindEntry::texture(light.air_map),
+        BindEntry::texture(light.straight_map),
         BindEntry::Sampler(Sampler::comparison(CompareFunction::LessEqual)),
     ]);
     // Front faces must lie before the receiver. Back faces must lie behind it, which also works for an eye inside of the volume [decision E3].

@@ -34,7 +34,7 @@ pub struct VolumeUniform {
     /// x: height of the bottom cap, m. y: slack per unit of clip w, m. z: 1 if vertices are tested against the map through air. w: 1 if faces towards
     /// the eye are drawn, −1 if faces away from the eye are drawn.
     pub shape: Vec4,
-    /// Extinction coefficient c(λ), 1/m.
+    /// Extinction coefficient c(λ), 1/m. w: 1, or −1 if the beams are upside down ([`crate::beams::LightBeams::side`]).
     pub sigma_t: Vec4,
 }
 
@@ -93,12 +93,13 @@ impl GeometryShader for HullGeometry {
         let volume: &VolumeUniform = bindings.uniform(1);
         let beams: &[Beam] = bindings.storage(3);
         let Some(beam) = beams.get(input.primitive_id as usize) else { return };
+        let side = volume.sigma_t.w;
         let mut varyings = [input.primitive_id as f32, 1.0, 1.0, 1.0];
         if volume.shape.z > 0.0 {
             // Shadows of objects above the water, sampled once per vertex of the mesh.
             let light: &LightUniform = bindings.uniform(2);
             for (lit, g) in varyings[1..].iter_mut().zip(&beam.g) {
-                let (uv, depth, inside) = light.through_air(v3(g.x, g.y, g.z));
+                let (uv, depth, inside) = light.on_straight_map(v3(g.x, g.y * side, g.z));
                 if inside {
                     *lit = sample_compare(bindings.texture(7), &bindings.sampler(8), uv, 0, depth);
                 }
@@ -112,28 +113,32 @@ impl GeometryShader for HullGeometry {
         let section = beam.section(bottom_y);
         let bottom = section.map(|at| DVec3::new(f64::from(at.x), f64::from(bottom_y), f64::from(at.y)));
         // A sixteenth of a pixel is sixteen steps of the rasterizer's grid: more than snapping and projection can move an edge.
+        let project = |p: DVec3| camera.project(v3(p.x as f32, p.y as f32 * side, p.z as f32));
         let slack = |p: DVec3| {
-            let clip = camera.project(v3(p.x as f32, p.y as f32, p.z as f32));
+            let clip = project(p);
             f64::from(volume.shape.y * clip.w.max(0.1))
         };
-        // A crest above the mean level is not raised together with the water below it (`CameraUniform::raise`). This bends the beam at the level by
-        // at most `bend`.
+        // A crest above the lowest trough is not raised together with the water below it (`CameraUniform::raise`). This bends the beam at the trough
+        // by at most `bend`. What is above the water is not raised.
         let (level, ratio) = (camera.water.x, camera.water.y);
         let bend = |i: usize| {
             let (g, d) = (beam.g[i], beam.d[i]);
-            f64::from((g.y - level).max(0.0) * (1.0 - ratio) / ratio * (d.x * d.x + d.z * d.z).sqrt())
+            let above = if side > 0.0 { (g.y - level).max(0.0) } else { 0.0 };
+            f64::from(above * (1.0 - ratio) / ratio * (d.x * d.x + d.z * d.z).sqrt())
         };
         let top_slack = slack(top[0]) + bend(0).max(bend(1)).max(bend(2));
         let hull = hull(top, bottom, top_slack, slack(bottom[0]).max(slack(bottom[1])).max(slack(bottom[2])));
         let clip = hull.corners.map(|p| {
-            let clip = camera.project(v3(p.x as f32, p.y as f32, p.z as f32));
+            let clip = project(p);
             [clip.x, clip.y, clip.z, clip.w]
         });
-        for face in hull.faces() {
+        for &face in hull.faces() {
+            // Turned over, a hull winds the other way.
+            let face = if side > 0.0 { face } else { [face[0], face[2], face[1]] };
             if faces_otherwise(face.map(|corner| clip[usize::from(corner)]), volume.shape.w) {
                 continue;
             }
-            for &corner in face {
+            for corner in face {
                 output.emit(clip[usize::from(corner)], 1.0, &varyings);
             }
             output.end_primitive();
@@ -159,7 +164,9 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         let flat = input.flat_varyings();
         let beam = &bindings.storage::<Beam>(3)[flat[0] as usize];
         let position = bindings.texture(4);
+        let side = volume.sigma_t.w;
         let p: V3<L> = input.texel3_here(position);
+        let p = v3(p.x, p.y * side, p.z);
         let zero = p.x.like(0.0);
 
         // Intersect the three rays with the plane y = P.y; the result is a triangle in x and z [SF05 §3.3].
@@ -206,6 +213,7 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         if !PAPER {
             // The section is level: cos θ_obj/cos θ_p is −N·ray, with the ray per metre of depth [decision E1].
             let n = input.texel3_here(bindings.texture(5));
+            let n = v3(n.x, n.y * side, n.z);
             scale = scale * Lanes::max(-n.dot(ray), zero);
         }
         let exists = input.texel_here(position, 3).equals(zero.like(1.0));
@@ -219,6 +227,7 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         let total = irradiance.x + irradiance.y + irradiance.z;
         // Direction towards the light, weighted by the light's irradiance.
         let direction = -ray.normalize() * total;
+        let direction = v3(direction.x, direction.y * side, direction.z);
         output.color[0] = v4(irradiance.x, irradiance.y, irradiance.z, zero);
         output.color[1] = v4(direction.x, direction.y, direction.z, total);
         output.color[2] = v4(zero.like(1.0), zero, zero, zero);

@@ -31,7 +31,9 @@ struct Targets {
 fn fs(in: Varyings) -> Targets {
     let at_pixel = vec2<i32>(in.position.xy);
     let here = textureLoad(positions, at_pixel, 0);
-    let p = here.xyz;
+    // Beams of a light in the water are upside down.
+    let turned = vec3<f32>(1.0, volume.sigma_t.w, 1.0);
+    let p = here.xyz * turned;
     var beam = beams[u32(in.beam)];
 
     // Intersect the three rays with the plane y = P.y; the result is a triangle in x and z.
@@ -70,12 +72,12 @@ fn fs(in: Varyings) -> Targets {
     var scale = visible * clamp(dot(b, in.visibility), 0.0, 1.0) / area;
     let ray = beam_ray(beam.d, b);
     if !paper {
-        scale *= max(-dot(textureLoad(normals, at_pixel, 0).xyz, ray), 0.0);
+        scale *= max(-dot(textureLoad(normals, at_pixel, 0).xyz * turned, ray), 0.0);
     }
     if !(below > 0.0 && here.w == 1.0 && scale > 0.0) {
         discard;
     }
     let irradiance = beam.flux.rgb * beer_lambert_rgb(volume.sigma_t.rgb, travelled) * scale;
     let total = irradiance.r + irradiance.g + irradiance.b;
-    return Targets(vec4<f32>(irradiance, 0.0), vec4<f32>(-normalize(ray) * total, total), vec4<f32>(1.0, 0.0, 0.0, 0.0));
+    return Targets(vec4<f32>(irradiance, 0.0), vec4<f32>(-normalize(ray) * turned * total, total), vec4<f32>(1.0, 0.0, 0.0, 0.0));
 }

@@ -27,11 +27,33 @@ use super::specular::Specular;
 /// State kept between frames: receivers and their boxes, mirrors and glass, the water simulation, and a cache.
 pub struct LightVolumesBuilder {
     receivers: Receivers,
-    boxes: Vec<ReceiverBox>,
+    /// Receivers below the generators.
+    below: Below,
+    /// As `below`, upside down: receivers above the water. Made for the first light in the water.
+    above: Option<(Receivers, Below)>,
     water: Option<WaterSim>,
     specular: Option<Specular>,
-    cache: Option<Cache>,
     clock: fn() -> f64,
+}
+
+/// The receivers that beams of one side can reach.
+struct Below {
+    /// Height below which boxes hold all receivers, m.
+    top_y: f32,
+    boxes: Vec<ReceiverBox>,
+    cache: Option<Cache>,
+}
+
+impl Below {
+    const NOTHING: Self = Self { top_y: f32::NEG_INFINITY, boxes: Vec::new(), cache: None };
+
+    /// Makes boxes of all receivers below the generators' greatest height, unless they are there. Waves that rise later find room.
+    fn reach(&mut self, receivers: &Receivers, level_y: f32, top_y: f32) {
+        if top_y > self.top_y {
+            let top_y = if top_y > level_y { top_y + (top_y - level_y) * 0.5 } else { top_y };
+            *self = Self { top_y, boxes: boxes::boxes(receivers, top_y), cache: None };
+        }
+    }
 }
 
 /// Data that depends only on the settings and on the heights of the generators.
@@ -63,19 +85,13 @@ impl LightVolumesBuilder {
         let water = scene.water.as_ref().map(|w| w.simulator());
         // Light of mirrors and glass is not followed through water, so a scene with water has no other generators.
         let specular = if water.is_none() { Specular::new(scene, settings.generator_edge)? } else { None };
-        let level = match (&scene.water, &specular) {
-            (Some(water), _) => Some(water.level_m),
-            (None, Some(_)) => Some(f32::INFINITY),
-            (None, None) => None,
-        };
-        let boxes = level.map_or_else(Vec::new, |level| boxes::boxes(&receivers, level));
-        Ok(Self { receivers, boxes, water, specular, cache: None, clock: || 0.0 })
+        Ok(Self { receivers, below: Below::NOTHING, above: None, water, specular, clock: || 0.0 })
     }
 
     /// Builds a frame.
     fn build(&mut self, scene: &Scene, settings: &LightVolumes, device: &Device, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
         check_mesh(scene, settings)?;
-        let Self { receivers, boxes, water, specular, cache, clock } = self;
+        let Self { receivers, below, above, water, specular, clock } = self;
         let (receivers, clock) = (&*receivers, *clock);
         let field = water.as_mut().zip(scene.water.as_ref()).map(|(sim, water)| {
             let (columns, rows) = settings.grid.unwrap_or(water.grid);
@@ -90,18 +106,32 @@ impl LightVolumesBuilder {
             frame::clear_irradiance(&mut builder, &targets);
         }
         let clamp = settings.clamping && settings.culling != BeamCulling::Off;
-        let mut visible = vec![true; boxes.len()];
+        match (field, &scene.water) {
+            (Some(field), Some(water)) => below.reach(receivers, water.level_m, field.height_range_ws().1.max(water.level_m)),
+            _ if !generators.is_empty() => below.reach(receivers, f32::INFINITY, f32::INFINITY),
+            _ => {}
+        }
+        let mut visible = vec![true; below.boxes.len()];
         if settings.receiver_culling && clamp {
-            visible = timed(clock, &mut seconds.queries, || occlusion::visible_boxes(device, &mut builder, boxes))?;
+            visible = timed(clock, &mut seconds.queries, || occlusion::visible_boxes(device, &mut builder, &below.boxes))?;
             counters.boxes_hidden = visible.iter().filter(|visible| !**visible).count() as u64;
         }
         let mut all_beams = Vec::new();
-        let mut bottom_y = 0.0;
+        let mut bottoms = [0.0; 2];
         builder.lights(|builder, light| {
-            let generated = timed(clock, &mut seconds.beams, || generators.beams_of(light.number))?;
+            let generated = timed(clock, &mut seconds.beams, || generators.beams_of(light))?;
             let Some(generated) = generated else { return Ok(()) };
             let GeneratedBeams { beams, span, .. } = &generated;
-            bottom_y = span.bottom_y;
+            let up = beams.side < 0.0;
+            bottoms[usize::from(up)] = span.bottom_y;
+            let (receivers, Below { boxes, cache, .. }) = if up {
+                let (receivers, above) = above.get_or_insert_with(|| (receivers.upside_down(), Below::NOTHING));
+                above.reach(receivers, generated.level, span.top_y);
+                (&*receivers, above)
+            } else {
+                (receivers, &mut *below)
+            };
+            let seen = if up { vec![true; boxes.len()] } else { visible.clone() };
             let cache = Cache::renew(cache, boxes, receivers, settings, &generated);
             if settings.culling == BeamCulling::Hierarchical || settings.shadows.culls_leaves() {
                 timed(clock, &mut seconds.culling, || cache.hierarchy.update(beams, *span));
@@ -115,7 +145,7 @@ impl LightVolumesBuilder {
                 // The paths through mirrors and glass already determine which vertices are in shadow.
                 None => Shadowed::default(),
             };
-            let culler = Culler::new(&builder.camera, &cache.columns, &visible, &cache.slices, *span, clamp);
+            let culler = Culler::new((&builder.camera, beams.side), &cache.columns, &seen, &cache.slices, *span, clamp);
             let cull = || match settings.culling {
                 BeamCulling::Off => culler.everything(beams, &shadowed.triangles),
                 BeamCulling::PerBeam => culler.one_by_one(beams, &shadowed.triangles),
@@ -128,16 +158,16 @@ impl LightVolumesBuilder {
                 beams,
                 accepted: &accepted,
                 slices: &cache.slices,
-                eye_inside: builder.camera.water.z > 0.0 || (field.is_none() && scene.camera.position_ws().y < span.top_y),
-                in_water: field.is_some(),
+                eye_inside: up || builder.camera.water.z > 0.0 || (field.is_none() && scene.camera.position_ws().y < span.top_y),
+                by_water: field.is_some(),
             };
             timed(clock, &mut seconds.draws, || pass.add(builder, &targets));
             counters.add(beams, &shadowed, &statistics, &accepted);
             all_beams.push(generated.beams);
             Ok(())
         })?;
-        let (name, sigma_t) = if field.is_some() { ("water", scene.medium.sigma_t()) } else { ("specular", Vec3::ZERO) };
-        let mut audit = beams::audit(name, &all_beams, sigma_t, bottom_y);
+        let name = if field.is_some() { "water" } else { "specular" };
+        let mut audit = beams::audit(name, &all_beams, |beams| bottoms[usize::from(beams.side < 0.0)]);
         audit.push(("culled_in_shadow".to_owned(), counters.shadowed_w));
         Ok(TechniqueFrame {
             audit,
@@ -198,12 +228,13 @@ impl WaterNodes<'_> {
     ) -> Result<Shadowed, RenderError> {
         let &Self { field, hierarchy, span } = self;
         let (scene, receivers) = (builder.scene, builder.receivers);
-        let level = scene.water.as_ref().map_or(0.0, |w| w.level_m);
-        let casters: Vec<_> = receivers.air_casters(&scene.lights[light.number], level).collect();
         let low = span.trough_y;
+        let casters: Vec<_> = receivers.casters(&scene.lights[light.number], low).collect();
         let (first, last) = (field.position_ws(0, 0), field.position_ws(field.columns - 1, field.rows - 1));
         let water = Aabb::from_corners(Vec3::new(first.x, low, first.z), Vec3::new(last.x, low, last.z));
-        if !settings.shadows.culls_leaves() || !shadow::can_shade(receivers, &casters, &light.uniform, water) {
+        // The queries' map is one view, above the water.
+        let one_view = light.uniform.cube.w == 0.0 && !light.in_water;
+        if !settings.shadows.culls_leaves() || !one_view || !shadow::can_shade(receivers, &casters, &light.uniform, water) {
             return Ok(Shadowed::default());
         }
         let map_size = settings.shadow_map_size;

@@ -25,6 +25,8 @@ pub struct Culler<'a> {
     /// Sides of the view volume.
     sides: Vec<Plane>,
     camera: CameraUniform,
+    /// 1, or −1 for beams that are upside down.
+    side: f32,
     columns: &'a [ReceiverColumns],
     /// Indices in `columns` of the boxes of which the eye sees anything.
     boxes: Vec<usize>,
@@ -75,11 +77,11 @@ pub struct ClampedBeam {
 }
 
 impl<'a> Culler<'a> {
-    /// For a camera and the boxes of receivers. `visible[number]` tells whether the eye sees anything of a box. Without `clamp`, accepted beams are
+    /// For a camera, the side of the beams ([`LightBeams::side`]) and the boxes of receivers. `visible[number]` tells whether the eye sees anything of a box. Without `clamp`, accepted beams are
     /// drawn in all slabs.
     #[must_use]
     pub fn new(
-        camera: &CameraUniform,
+        (camera, side): (&CameraUniform, f32),
         columns: &'a [ReceiverColumns],
         visible: &[bool],
         slices: &'a Slices,
@@ -92,19 +94,19 @@ impl<'a> Culler<'a> {
         let sides = frustum.planes().iter().take(4).copied().collect();
         let all = (!clamp).then(|| slices.all());
         let boxes = (0..columns.len()).filter(|&k| visible[columns[k].number]).collect();
-        Self { sides, camera: *camera, columns, boxes, slices, all, span, doubt: DOUBT * size.max(1.0e-3) }
+        Self { sides, camera: *camera, side, columns, boxes, slices, all, span, doubt: DOUBT * size.max(1.0e-3) }
     }
 
-    /// The position at which a point appears through the water surface, see [`CameraUniform::raise`].
+    /// The world position at which a point of the beams' space appears through the water surface, see [`CameraUniform::raise`].
     fn raised(&self, p: Vec3) -> Vec3 {
-        let v = self.camera.raise(nephroid_math::vector::v3(p.x, p.y, p.z));
+        let v = self.camera.raise(nephroid_math::vector::v3(p.x, p.y * self.side, p.z));
         Vec3::new(v.x, v.y, v.z)
     }
 
-    /// Whether a beam is out of view: all of it beyond one of the given sides. Points below the mean level appear raised, so a beam appears bent at
-    /// that level, and the test includes its vertices there.
+    /// Whether a beam is out of view: all of it beyond one of the given sides. Points below the lowest trough appear raised, so a beam appears bent at
+    /// that height, and the test includes its vertices there.
     fn is_out_of_view(&self, beam: &Beam, sides: Sides) -> bool {
-        let level = self.camera.water.x;
+        let level = self.camera.water.x * self.side;
         let mut points = [Vec3::ZERO; 9];
         for i in 0..3 {
             points[i] = self.raised(beam.g[i].truncate());
@@ -181,7 +183,7 @@ impl<'a> Culler<'a> {
 
     /// Of the given sides of the view, those that beams of a node may be beyond; `None` if all beams of the node are beyond one side.
     fn sides_of(&self, node: &Node, sides: Sides) -> Option<Sides> {
-        let level = self.camera.water.x.clamp(self.span.bottom_y, self.span.top_y);
+        let level = (self.camera.water.x * self.side).clamp(self.span.bottom_y, self.span.top_y);
         let mut points = [Vec3::ZERO; 12];
         for (k, y) in [self.span.top_y, level, self.span.bottom_y].into_iter().enumerate() {
             for (i, p) in node.corners(self.span, y).into_iter().enumerate() {

@@ -12,7 +12,7 @@ use crate::passes::fullscreen;
 use nephroid_pipeline::frame::{BindEntry, ColorAttachment, DepthStencilAttachment, Draw, FrameIndex, Pass, TextureId};
 use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::state::{
-    ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, IndexFormat, PrimitiveState, StencilFaceState,
+    ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, FrontFace, IndexFormat, PrimitiveState, StencilFaceState,
     StencilOperation, StencilState, TextureFormat,
 };
 use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
@@ -82,9 +82,9 @@ pub struct LightPass<'a> {
     pub slices: &'a Slices,
     /// Whether the eye may be inside of a beam.
     pub eye_inside: bool,
-    /// Whether the beams are in water. If so, the medium attenuates them, a shadow map decides which vertices are lit, and objects under water cast
+    /// Whether the beams have passed the water's surface. If so, a shadow map decides which vertices are lit, and objects beyond the surface cast
     /// shadows.
-    pub in_water: bool,
+    pub by_water: bool,
 }
 
 impl LightPass<'_> {
@@ -93,14 +93,13 @@ impl LightPass<'_> {
         let settings = self.settings;
         let number = self.light.number;
         // The paper has no attenuation [decision E5].
-        let attenuated = self.in_water && settings.radiometry == Radiometry::Physical;
-        let sigma_t = if attenuated { builder.scene.medium.sigma_t() } else { Vec3::ZERO };
-        let sigma_t = sigma_t.extend(if self.in_water { 1.0 } else { 0.0 });
-        let shadows = if self.in_water && settings.shadows.samples_vertices() { 1.0 } else { 0.0 };
+        let sigma_t = if settings.radiometry == Radiometry::Physical { self.beams.sigma_t } else { Vec3::ZERO };
+        let sigma_t = sigma_t.extend(if self.by_water { 1.0 } else { 0.0 });
+        let shadows = if self.by_water && builder.view.shadows(self.light.in_water).straight { 1.0 } else { 0.0 };
         let (level, slabs) = (self.slices.planes_y[0], self.slices.planes_y.len() - 1);
         let step = (level - self.slices.planes_y[slabs]) / slabs as f32;
         let planes = Vec4::new(level, step, slabs as f32, shadows);
-        let uniform = builder.uniform(&format!("beams {number}"), &BeamsUniform { sigma_t, planes });
+        let uniform = builder.uniform(&format!("beams {number}"), &BeamsUniform { sigma_t, planes, space: Vec4::new(self.beams.side, 0.0, 0.0, 0.0) });
         // An empty buffer cannot be bound.
         let slots = Buffer::filled(self.accepted.len().max(1), |slots: &mut [BeamSlot]| {
             let filled = slots.par_iter_mut().zip(self.accepted).with_min_len(BEAMS_PER_TASK);
@@ -115,7 +114,7 @@ impl LightPass<'_> {
             BindEntry::Uniform(self.light.buffer, 0),
             BindEntry::Storage(vertices),
             BindEntry::DynamicUniform(slots),
-            BindEntry::texture(self.light.air_map),
+            BindEntry::texture(self.light.straight_map),
             BindEntry::Sampler(Sampler::comparison(CompareFunction::LessEqual)),
             BindEntry::texture(builder.position),
             BindEntry::texture(builder.normal),
@@ -124,7 +123,9 @@ impl LightPass<'_> {
 
         let (states, color) = self.attachments(targets);
         let masked = states.iter().map(|state| state.clone().map(|state| ColorTargetState { write_mask: ColorWrites::empty(), ..state }));
-        let primitive = PrimitiveState { unclipped_depth: true, ..PrimitiveState::default() };
+        // Turned over, bodies wind the other way.
+        let front_face = if self.beams.side > 0.0 { FrontFace::Ccw } else { FrontFace::Cw };
+        let primitive = PrimitiveState { unclipped_depth: true, front_face, ..PrimitiveState::default() };
         let program = shaders::beam_program(settings.radiometry, settings.gather, settings.energy);
         let count = builder.frame.pipeline(RenderPipelineDescriptor {
             primitive,

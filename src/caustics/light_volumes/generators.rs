@@ -3,7 +3,8 @@
 use nephroid_scene::water::HeightField;
 use nephroid_scene::{Radiometry, Scene};
 
-use crate::beams::{self, FluxModel, LightBeams};
+use crate::beams::{FluxModel, Interface, LightBeams};
+use crate::builder::FrameLight;
 use crate::{Receivers, RenderError};
 
 use super::hierarchy::Span;
@@ -52,35 +53,38 @@ impl Generators<'_> {
     ///
     /// # Errors
     /// If mirrors and glass make more beams than [`MAX_BEAMS`].
-    pub fn beams_of(&self, number: usize) -> Result<Option<GeneratedBeams>, RenderError> {
+    pub fn beams_of(&self, light: &FrameLight) -> Result<Option<GeneratedBeams>, RenderError> {
         let settings = self.settings;
-        let light = &self.scene.lights[number];
+        let source = &self.scene.lights[light.number];
         if let (Some(field), Some(water)) = (self.field, &self.scene.water) {
             let flux_model = match settings.radiometry {
                 Radiometry::Physical => FluxModel::Conserved,
                 Radiometry::Paper => FluxModel::OwnTransmittance,
             };
-            let beams = beams::light_beams(field, light, water.ior, flux_model);
-            let heights = field.heights_ws.iter().fold((water.level_m, water.level_m), |(low, high), &y| (low.min(y), high.max(y)));
-            let span = self.span(heights);
+            let interface = Interface::new(field, source, &light.uniform, &self.scene.medium);
+            let (level, field) = (water.level_m * interface.side, &interface.field);
+            let beams = interface.beams(flux_model);
+            let heights = field.heights_ws.iter().fold((level, level), |(low, high), &y| (low.min(y), high.max(y)));
+            let span = self.span(heights, beams.side);
             let (grid, buckets, levels) = ((field.columns, field.rows), settings.buckets, settings.levels);
-            return Ok(Some(GeneratedBeams { beams, span, level: water.level_m, grid, buckets, levels }));
+            return Ok(Some(GeneratedBeams { beams, span, level, grid, buckets, levels }));
         }
         let Some(specular) = self.specular else { return Ok(None) };
-        let beams = specular.beams(light, settings.radiometry)?;
+        let beams = specular.beams(source, settings.radiometry)?;
         let heights = beams.beams.iter().flat_map(|beam| beam.g.map(|g| g.y));
         let heights = heights.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
-        let span = self.span(if beams.beams.is_empty() { (0.0, 0.0) } else { heights });
+        let span = self.span(if beams.beams.is_empty() { (0.0, 0.0) } else { heights }, beams.side);
         // One row of cells: a tree over a space-filling curve, halved twice where a quadtree is divided into four.
         let grid = (specular::cells(&beams) + 1, 2);
         let buckets = (settings.buckets.0 * settings.buckets.1, 1);
         Ok(Some(GeneratedBeams { beams, span, level: span.top_y, grid, buckets, levels: 2 * settings.levels }))
     }
 
-    /// Heights that the beams span, given the least and the greatest height of the generators.
-    fn span(&self, (low, high): (f32, f32)) -> Span {
+    /// Heights that beams of a side span, given the least and the greatest height of the generators there.
+    fn span(&self, (low, high): (f32, f32), side: f32) -> Span {
         let bounds = self.receivers.bounds;
-        let floor = if bounds.is_empty() { low } else { bounds.min.y.min(low) };
+        let lowest = if side > 0.0 { bounds.min.y } else { -bounds.max.y };
+        let floor = if bounds.is_empty() { low } else { lowest.min(low) };
         // A beam needs some height, even if nothing lies below it.
         let bottom_y = floor - self.settings.depth_below_floor_m.max(1.0e-3 * (1.0 + high.abs()));
         Span { top_y: high, trough_y: low, bottom_y }

@@ -87,7 +87,7 @@ impl Technique for LightVolumesTechnique {
         }]
     }
     fn layouts(&self) -> Vec<Layout> {
-        vec![layout!(BeamsUniform: sigma_t, planes), layout!(SliceVertex: plane_y, corner), layout!(RelightUniform: to_light)]
+        vec![layout!(BeamsUniform: sigma_t, planes, space), layout!(SliceVertex: plane_y, corner), layout!(RelightUniform: to_light)]
     }
     /// Reduces the triangles of mirrors and glass, because each of them makes a beam that is drawn separately.
     fn coarsen(&self, scene: &mut Scene) {

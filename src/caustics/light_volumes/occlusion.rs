@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 
-use crate::builder::FrameBuilder;
+use crate::builder::{FrameBuilder, water_heights};
 use crate::builder::state::depth_state;
 use crate::passes::geometry_buffer::{self, MaterialUniform, ReceiverVertex};
 use crate::readback::{self, OcclusionQueries};
@@ -18,6 +18,7 @@ use nephroid_pipeline::shader::Program;
 use nephroid_pipeline::state::{CompareFunction, DepthBiasState, TextureFormat};
 use nephroid_pipeline::{Buffer, Device, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 use nephroid_scene::geom::Aabb;
+use nephroid_scene::water::HeightField;
 use nephroid_scene::{Camera, Material, Scene};
 
 use super::boxes::ReceiverBox;
@@ -49,18 +50,19 @@ pub fn visible_boxes(device: &Device, builder: &mut FrameBuilder<'_>, boxes: &[R
 
 /// Describes the queries: receivers as occluders, boxes as shapes.
 fn describe(builder: &FrameBuilder<'_>, boxes: &[ReceiverBox]) -> OcclusionQueries {
-    let (scene, receivers) = (builder.scene, builder.receivers);
+    let receivers = builder.receivers;
     let label = "receiver_query_depth";
     let mut frame = Frame::default();
     let depth = frame.texture(TextureDescriptor::d2(label, builder.size.0, builder.size.1, TextureFormat::Depth32Float));
     let camera = frame.buffer("query camera", Arc::new(Buffer::from_value(&builder.camera)));
     let material = frame.buffer("query material", Arc::new(Buffer::from_value(&MaterialUniform::from(&Material::default()))));
+    let heights = water_heights(&mut frame, builder.water);
     let mut bind = |label: &str, vertices: Arc<Buffer>| {
-        let vertices = frame.buffer(label, vertices);
-        frame.bind_group(vec![BindEntry::Uniform(camera, 0), BindEntry::Storage(vertices), BindEntry::Uniform(material, 0)])
+        let (vertices, heights) = (BindEntry::Storage(frame.buffer(label, vertices)), BindEntry::texture(heights));
+        frame.bind_group(vec![BindEntry::Uniform(camera, 0), vertices, BindEntry::Uniform(material, 0), heights])
     };
     let occluders = bind("query receivers", receivers.vertices.clone());
-    let vertices: Vec<ReceiverVertex> = boxes.iter().flat_map(|of| faces(lit_part(scene, of))).collect();
+    let vertices: Vec<ReceiverVertex> = boxes.iter().flat_map(|of| faces(lit_part(builder.water, of))).collect();
     let bindings = bind("query boxes", Arc::new(Buffer::from_slice(&vertices)));
     let indices = frame.buffer("query receiver indices", receivers.indices.clone());
     let pipeline = query_pipeline(&mut frame, "receiver_query", CompareFunction::LessEqual, false);
@@ -81,11 +83,11 @@ fn query_pipeline(frame: &mut Frame, label: &str, compare: CompareFunction, writ
     })
 }
 
-/// The part of a box that caustic light can reach: below the water's level. The part above is not lit, and would appear bent at the surface.
-fn lit_part(scene: &Scene, of: &ReceiverBox) -> Aabb {
+/// The part of a box that caustic light can reach: below the water's crests. The part above is not lit, and would appear bent at the surface.
+fn lit_part(water: Option<&HeightField>, of: &ReceiverBox) -> Aabb {
     let mut bounds = of.bounds;
-    if let Some(water) = &scene.water {
-        bounds.max.y = bounds.max.y.min(water.level_m).max(bounds.min.y);
+    if let Some(water) = water {
+        bounds.max.y = bounds.max.y.min(water.height_range_ws().1).max(bounds.min.y);
     }
     bounds
 }

@@ -11,7 +11,7 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 use crate::Receivers;
 use crate::builder::state::depth_state;
 use crate::passes::geometry_buffer::ReceiverVertex;
-use crate::passes::shadow_map::{LightUniform, air_program};
+use crate::passes::shadow_map::{LightUniform, straight_program};
 use crate::readback::{self, Counter, OcclusionQueries};
 use crate::receivers::ReceiverGroup;
 use nephroid_pipeline::frame::{BindEntry, BufferId, DepthStencilAttachment, Draw, Frame, FrameError, Pass};
@@ -125,7 +125,7 @@ impl ShadowQueries<'_> {
         let bias = DepthBiasState { constant: 64, slope_scale: 1.0, clamp: 0.0 };
         let fill = frame.pipeline(RenderPipelineDescriptor {
             depth_stencil: state(CompareFunction::Less, true, bias),
-            ..RenderPipelineDescriptor::new(label.clone(), air_program())
+            ..RenderPipelineDescriptor::new(label.clone(), straight_program())
         });
         let vertices = frame.buffer(format!("query casters {}", self.number), self.receivers.vertices.clone());
         let indices = frame.buffer(format!("query caster indices {}", self.number), self.receivers.indices.clone());
@@ -135,7 +135,7 @@ impl ShadowQueries<'_> {
         frame.passes.push(Pass { label, depth_stencil: target, draws, ..Pass::default() });
         let pipeline = frame.pipeline(RenderPipelineDescriptor {
             depth_stencil: state(CompareFunction::Greater, false, DepthBiasState::default()),
-            ..RenderPipelineDescriptor::new(format!("shadow_query {}", self.number), air_program())
+            ..RenderPipelineDescriptor::new(format!("shadow_query {}", self.number), straight_program())
         });
         let tops = self.tops(&mut frame);
         let bindings = frame.bind_group(vec![BindEntry::Uniform(light, 0), BindEntry::Storage(tops)]);

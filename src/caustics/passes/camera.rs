@@ -1,10 +1,12 @@
-//! The camera's uniform, and the apparent depth of points under water.
+//! The camera's uniform, the apparent depth of points under water, and which points those are.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, Vec4};
 
 use nephroid_math::lanes::Lanes;
 use nephroid_math::vector::{V2, V3, V4, transform_point, v2, v3};
+use nephroid_pipeline::TextureView;
+use nephroid_pipeline::sampler::load;
 
 /// Camera uniforms.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -18,14 +20,19 @@ pub struct CameraUniform {
     pub eye_ws: Vec4,
     /// Target size in pixels and its inverse.
     pub size_px: Vec4,
-    /// x: mean water level, m. y: apparent depth over true depth. z: 1 if the eye is under water. w: 1 if there is water.
+    /// x: height below which points appear raised, m: that of the lowest trough. y: apparent depth over true depth. z: 1 if the eye is under water. w: 1
+    /// if there is water.
     pub water: Vec4,
     /// Water extent in x and z: minimum x, minimum z, maximum x, maximum z, metres.
     pub extent: Vec4,
+    /// Grid of the surface's heights: x and z of the first vertex, m; vertices per metre along x and z.
+    pub grid: Vec4,
+    /// x: mean water level, m. The rest is unused.
+    pub level: Vec4,
 }
 
 impl CameraUniform {
-    /// The apparent position of a point under water: its depth below the mean level times the apparent-depth ratio.
+    /// The apparent position of a point under water: its depth below the lowest trough times the apparent-depth ratio.
     ///
     /// Points under a plane of water appear raised. A ray that leaves the eye at angle θᵢ from the vertical continues at θₜ in water, so depth h
     /// appears as `h·tan θₜ/tan θᵢ` (for small angles h/n). One ratio is used for the whole picture, that of the ray to the middle of the water, so
@@ -71,12 +78,33 @@ impl CameraUniform {
         self.view_direction(v3(far.x * inv_w, far.y * inv_w, far.z * inv_w))
     }
 
-    /// Lanes whose point is in the body of water: inside its extent and below the mean level.
+    /// Lanes whose point is in the body of water: inside its extent and below the surface there. `heights` is the texture of the surface's heights.
+    ///
+    /// Between its vertices the surface is that of the triangles of [`nephroid_scene::water::HeightField::triangle_indices`], so that the line where
+    /// things become wet is the line where the water's surface is drawn.
     #[inline(always)]
-    pub fn under_water<L: Lanes>(&self, p_ws: V3<L>) -> L::Mask {
+    pub fn under_water<L: Lanes>(&self, heights: &TextureView<'_>, p_ws: V3<L>) -> L::Mask {
+        let (zero, one) = (p_ws.x.like(0.0), p_ws.x.like(1.0));
+        if self.water.w == 0.0 {
+            return zero.lt(zero);
+        }
         let e = self.extent;
         let inside = p_ws.x.ge(p_ws.x.like(e.x)) & p_ws.x.le(p_ws.x.like(e.z)) & p_ws.z.ge(p_ws.z.like(e.y)) & p_ws.z.le(p_ws.z.like(e.w));
-        inside & p_ws.y.lt(p_ws.y.like(if self.water.w > 0.0 { self.water.x } else { f32::NEG_INFINITY }))
+        let (columns, rows, _) = heights.level_size(0);
+        let place = |at: L, first: f32, per_metre: f32, count: u32| Lanes::clamp((at - first) * per_metre, 0.0, (count - 1) as f32);
+        let (column, row) = (place(p_ws.x, self.grid.x, self.grid.z, columns), place(p_ws.z, self.grid.y, self.grid.w, rows));
+        let corner = |at: L, count: u32| Lanes::min(at.floor(), at.like((count - 2) as f32));
+        let (left, top) = (corner(column, columns), corner(row, rows));
+        let (x, z) = (column - left, row - top);
+        // The triangle's corners are (0, 0) or (1, 1), and both others.
+        let far = (x + z).gt(one);
+        let first = L::select(far, one, zero);
+        let along_x = L::select(far, one - z, x);
+        let along_z = L::select(far, one - x, z);
+        let height = |dx: L, dz: L| load(heights, left + dx, top + dz, 0, 0).x;
+        let base = height(first, first);
+        let surface = base + along_x * (height(one, zero) - base) + along_z * (height(zero, one) - base);
+        inside & p_ws.y.lt(surface)
     }
 }
 

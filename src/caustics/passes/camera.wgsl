@@ -7,6 +7,8 @@ struct CameraUniform {
     size_px: vec4<f32>,
     water: vec4<f32>,
     extent: vec4<f32>,
+    grid: vec4<f32>,
+    level: vec4<f32>,
 }
 
 // The apparent position of a point under water.
@@ -38,11 +40,4 @@ fn pixel_ray(camera: CameraUniform, pixel: vec2<f32>) -> vec3<f32> {
     let y = 1.0 - pixel.y * (2.0 * camera.size_px.w);
     let far = camera.world_from_clip * vec4<f32>(x, y, 1.0, 1.0);
     return view_direction(camera, far.xyz * (1.0 / far.w));
-}
-
-// Whether a point is in the body of water.
-fn under_water(camera: CameraUniform, p_ws: vec3<f32>) -> bool {
-    let e = camera.extent;
-    let inside = p_ws.x >= e.x && p_ws.x <= e.z && p_ws.z >= e.y && p_ws.z <= e.w;
-    return inside && camera.water.w > 0.0 && p_ws.y < camera.water.x;
 }

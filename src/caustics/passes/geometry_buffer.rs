@@ -1,7 +1,9 @@
 //! The nearest receiver of each pixel: world position, normal and albedo [SF05 §3.5, first pass].
 //!
 //! Targets: `position` (x, y, z in metres, w = 1 + [`MaterialKind`], 0 where there is nothing), `normal` (unit, turned towards the eye; w = refractive index
-//! of glass, otherwise 1), `albedo` (reflectance of a mirror; white for glass).
+//! of glass, otherwise 1), `albedo` (reflectance of a mirror; white for glass; w = 1 under water, otherwise 0).
+//!
+//! Which points are under water is decided here alone, by the surface above each point; all later passes read it.
 
 use std::sync::Arc;
 
@@ -73,11 +75,12 @@ impl From<&Material> for MaterialUniform {
     }
 }
 
-/// Bindings of the pass: camera, vertices, material.
-pub const BINDINGS: [BindingKind; 3] = [
+/// Bindings of the pass: camera, vertices, material, heights of the water's surface.
+pub const BINDINGS: [BindingKind; 4] = [
     BindingKind::Uniform(size_of::<CameraUniform>()),
     BindingKind::Storage(size_of::<ReceiverVertex>()),
     BindingKind::Uniform(size_of::<MaterialUniform>()),
+    BindingKind::Texture,
 ];
 
 /// The program.
@@ -89,6 +92,7 @@ pub fn program() -> Arc<Program> {
         bindings: BINDINGS.to_vec(),
         wgsl: Some(concat!(
             include_str!("camera.wgsl"),
+            include_str!("under_water.wgsl"),
             include_str!("../../scene/pattern.wgsl"),
             include_str!("receiver_vertex.wgsl"),
             include_str!("geometry_buffer.wgsl")
@@ -130,6 +134,7 @@ impl FragmentShader for Fragment {
         let one = position.x.like(1.0);
         output.color[0] = v4(position.x, position.y, position.z, one.like(material.kind.x));
         output.color[1] = v4(normal.x, normal.y, normal.z, one.like(material.kind.y));
-        output.color[2] = v4(albedo.x, albedo.y, albedo.z, one);
+        let wet = L::select(camera.under_water(bindings.texture(3), position), one, one.like(0.0));
+        output.color[2] = v4(albedo.x, albedo.y, albedo.z, wet);
     }
 }

@@ -8,6 +8,7 @@ struct MaterialUniform {
 @group(0) @binding(0) var<uniform> camera: CameraUniform;
 @group(0) @binding(1) var<storage, read> vertices: array<ReceiverVertex>;
 @group(0) @binding(2) var<uniform> material: MaterialUniform;
+@group(0) @binding(3) var heights: texture_2d<f32>;
 
 struct Varyings {
     @builtin(position) position: vec4<f32>,
@@ -35,5 +36,6 @@ fn fs(in: Varyings) -> Targets {
         normal = -normal;
     }
     let albedo = pattern_at(material.pattern, in.position_ws, normal);
-    return Targets(vec4<f32>(in.position_ws, material.kind.x), vec4<f32>(normal, material.kind.y), vec4<f32>(albedo, 1.0));
+    let wet = select(0.0, 1.0, under_water(camera, heights, in.position_ws));
+    return Targets(vec4<f32>(in.position_ws, material.kind.x), vec4<f32>(normal, material.kind.y), vec4<f32>(albedo, wet));
 }

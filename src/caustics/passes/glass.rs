@@ -124,7 +124,7 @@ impl<'a, L: Lanes> Body<'a, L> {
         let camera: &CameraUniform = bindings.uniform(0);
         let environment: &EnvironmentUniform = bindings.uniform(1);
         let (zero, one) = (front.x.like(0.0), front.x.like(1.0));
-        let outside = L::select(camera.under_water(front), one.like(environment.inscatter.w), one);
+        let outside = L::select(input.texel_here(bindings.texture(4), 3).gt(zero), one.like(environment.inscatter.w), one);
         let back = input.texel3_here(bindings.texture(5));
         let has_back = input.texel_here(bindings.texture(5), 3).gt(zero);
         Self {

@@ -47,7 +47,7 @@ fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     if is_mirror {
         return vec4<f32>(mirrored * textureLoad(albedos, at, 0).rgb, 1.0);
     }
-    let outside = select(1.0, environment.inscatter.w, under_water(camera, p));
+    let outside = select(1.0, environment.inscatter.w, textureLoad(albedos, at, 0).w > 0.0);
     let eta = outside / max(normal.w, 1.0);
     let back = textureLoad(back_positions, at, 0);
     let thickness = select(0.0, length(back.xyz - p), back.w > 0.0);

@@ -1,14 +1,14 @@
 // Direct light of one light, for every pixel: the twin of `light.rs`.
 
-override air_shadows: bool = true;
-override water_shadows: bool = true;
+override straight_shadows: bool = true;
+override refracted_shadows: bool = true;
 
-@group(0) @binding(0) var<uniform> camera: CameraUniform;
-@group(0) @binding(1) var<uniform> light: LightUniform;
-@group(0) @binding(2) var positions: texture_2d<f32>;
-@group(0) @binding(3) var normals: texture_2d<f32>;
-@group(0) @binding(4) var air_map: texture_depth_2d;
-@group(0) @binding(5) var water_map: texture_depth_2d;
+@group(0) @binding(0) var<uniform> light: LightUniform;
+@group(0) @binding(1) var positions: texture_2d<f32>;
+@group(0) @binding(2) var normals: texture_2d<f32>;
+@group(0) @binding(3) var albedos: texture_2d<f32>;
+@group(0) @binding(4) var straight_map: texture_depth_2d;
+@group(0) @binding(5) var refracted_map: texture_depth_2d;
 @group(0) @binding(6) var compare: sampler_comparison;
 
 struct Targets {
@@ -20,23 +20,28 @@ struct Targets {
 fn fs(@builtin(position) position: vec4<f32>) -> Targets {
     let here = textureLoad(positions, vec2<i32>(position.xy), 0);
     let n = textureLoad(normals, vec2<i32>(position.xy), 0).xyz;
+    let wet = textureLoad(albedos, vec2<i32>(position.xy), 0).w > 0.0;
     let p = here.xyz;
     let exists = here.w > 0.0;
-    let wet = exists && under_water(camera, p);
+    let beyond_water = wet == (light.water.x > 0.0);
     var direct = vec3<f32>(0.0);
-    if exists && !wet {
+    if exists && !beyond_water {
         let incident = light_at(light, p);
-        let at = through_air(light, p + n * air_texel(light, p, textureDimensions(air_map).x));
+        let at = on_straight_map(light, p + n * straight_texel(light, p, textureDimensions(straight_map).x));
         var lit = 1.0;
-        if air_shadows && at.w > 0.0 {
-            lit = textureSampleCompareLevel(air_map, compare, at.xy, at.z);
+        if straight_shadows && at.w > 0.0 {
+            lit = textureSampleCompareLevel(straight_map, compare, at.xy, at.z);
         }
-        direct = incident.irradiance * (max(-dot(n, incident.direction), 0.0) * lit);
+        var arriving = incident.irradiance;
+        if light.water.x < 0.0 {
+            arriving *= beer_lambert_rgb(light.own.rgb, own_distance(light, p));
+        }
+        direct = arriving * (max(-dot(n, incident.direction), 0.0) * lit);
     }
-    var visibility = select(0.0, 1.0, wet);
-    if water_shadows && wet {
-        let at = through_water(light, p + n * water_texel(light, textureDimensions(water_map).x));
-        visibility = textureSampleCompareLevel(water_map, compare, at.xy, at.z);
+    var visibility = select(0.0, 1.0, exists && beyond_water);
+    if refracted_shadows && exists && beyond_water {
+        let at = on_refracted_map(light, p + n * refracted_texel(light, textureDimensions(refracted_map).x));
+        visibility = textureSampleCompareLevel(refracted_map, compare, at.xy, at.z);
     }
     return Targets(vec4<f32>(direct, 1.0), vec4<f32>(visibility, 0.0, 0.0, 1.0));
 }

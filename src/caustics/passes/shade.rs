@@ -52,8 +52,8 @@ impl FragmentShader for Fragment {
         let zero = p.x.like(0.0);
         let exists = input.texel_here(bindings.texture(2), 3).gt(zero);
         // Ambient light reaches points under water from the surface, so the water attenuates it.
-        let wet = camera.under_water(p);
-        let depth = L::select(wet, -(p.y - camera.water.x), zero);
+        let wet = input.texel_here(bindings.texture(3), 3).gt(zero);
+        let depth = L::select(wet, -(p.y - camera.level.x), zero);
         let ambient = V3::splat(input.token, environment.ambient.truncate())
             .hadamard(beer_lambert_rgb(environment.sigma_t.truncate(), Lanes::max(depth, zero)));
         let irradiance = ambient + input.texel3_here(bindings.texture(4)) + input.texel3_here(bindings.texture(5));

@@ -12,9 +12,10 @@ fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let at = vec2<i32>(position.xy);
     let here = textureLoad(positions, at, 0);
     let p = here.xyz;
-    let albedo = textureLoad(albedos, at, 0).rgb;
+    let surface = textureLoad(albedos, at, 0);
+    let albedo = surface.rgb;
     // Ambient light reaches points under water from the surface, so the water attenuates it.
-    let depth = select(0.0, camera.water.x - p.y, under_water(camera, p));
+    let depth = select(0.0, camera.level.x - p.y, surface.w > 0.0);
     let ambient = environment.ambient.rgb * beer_lambert_rgb(environment.sigma_t.rgb, max(depth, 0.0));
     let irradiance = ambient + textureLoad(direct, at, 0).rgb + textureLoad(caustic, at, 0).rgb;
     var radiance = albedo * irradiance * 0.31830987;

@@ -46,13 +46,14 @@ pub const BACKGROUND_BINDINGS: [BindingKind; 4] = [
     BindingKind::Texture,
 ];
 
-/// Bindings of the surface: camera, environment, position, radiance, vertices.
-pub const SURFACE_BINDINGS: [BindingKind; 5] = [
+/// Bindings of the surface: camera, environment, position, radiance, vertices, albedo.
+pub const SURFACE_BINDINGS: [BindingKind; 6] = [
     BACKGROUND_BINDINGS[0],
     BACKGROUND_BINDINGS[1],
     BACKGROUND_BINDINGS[2],
     BACKGROUND_BINDINGS[3],
     BindingKind::Storage(size_of::<WaterVertex>()),
+    BindingKind::Texture,
 ];
 
 /// Sky and receivers, without the water surface.
@@ -84,6 +85,7 @@ pub fn surface_program(snell: bool) -> Arc<Program> {
             include_str!("camera.wgsl"),
             include_str!("environment.wgsl"),
             include_str!("through_water.wgsl"),
+            include_str!("texel_or_zero.wgsl"),
             include_str!("water_surface.wgsl")
         )),
         wgsl_constants: vec![("snell", f64::from(u8::from(snell)))],
@@ -185,7 +187,7 @@ impl SurfaceFragment {
     /// The paper's lookup, at this surface point moved vertically onto the mean plane.
     #[inline(always)]
     fn virtual_plane<L: Lanes>(&self, bindings: &Bindings<'_>, camera: &CameraUniform, surface: V3<L>) -> Seen<L> {
-        let on_plane = v3(surface.x, surface.y.like(camera.water.x), surface.z);
+        let on_plane = v3(surface.x, surface.y.like(camera.level.x), surface.z);
         let pixel = camera.pixel(transform_point(&camera.clip_from_world, on_plane));
         let at = position_at(bindings, pixel);
         let distance = L::select(at.w.gt(at.w.like(0.0)), (v3(at.x, at.y, at.z) - surface).length(), at.w.like(1.0e4));
@@ -207,7 +209,7 @@ impl SurfaceFragment {
             let at = position_at(bindings, pixel);
             let point = v3(at.x, at.y, at.z);
             // A receiver above the water hides the water at this pixel; the ray continues below it.
-            let wet = at.w.gt(zero) & camera.under_water(point);
+            let wet = at.w.gt(zero) & load(bindings.texture(5), pixel.x.floor(), pixel.y.floor(), 0, 0).w.gt(zero);
             let to = point - surface;
             let guess = to.length();
             let beside = to - ray * to.dot(ray);

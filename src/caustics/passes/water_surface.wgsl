@@ -14,6 +14,7 @@ struct WaterVertex {
 @group(0) @binding(2) var positions: texture_2d<f32>;
 @group(0) @binding(3) var radiances: texture_2d<f32>;
 @group(0) @binding(4) var<storage, read> vertices: array<WaterVertex>;
+@group(0) @binding(5) var albedos: texture_2d<f32>;
 
 struct Varyings {
     @builtin(position) position: vec4<f32>,
@@ -32,16 +33,6 @@ fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
     let vertex = vertices[vertex_index];
     // The surface appears at its own position: only points under it are raised.
     return Varyings(camera.clip_from_world * vec4<f32>(vertex.position_ws.xyz, 1.0), vertex.position_ws.xyz, vertex.normal_ws.xyz);
-}
-
-// Texel at whole pixel coordinates, zeros outside.
-fn position_at(pixel: vec2<f32>) -> vec4<f32> {
-    let at = floor(pixel);
-    let size = vec2<f32>(textureDimensions(positions));
-    if !(at.x >= 0.0 && at.y >= 0.0 && at.x < size.x && at.y < size.y) {
-        return vec4<f32>(0.0);
-    }
-    return textureLoad(positions, vec2<i32>(at), 0);
 }
 
 // Linear filtering, clamped to the edge; spelled out, because 32-bit float textures need not be filterable.
@@ -63,9 +54,9 @@ fn radiance_at(pixel: vec2<f32>) -> vec3<f32> {
 
 // The paper's lookup, at this surface point moved vertically onto the mean plane.
 fn virtual_plane(surface: vec3<f32>) -> Seen {
-    let on_plane = vec3<f32>(surface.x, camera.water.x, surface.z);
+    let on_plane = vec3<f32>(surface.x, camera.level.x, surface.z);
     let pixel = pixel_of(camera, camera.clip_from_world * vec4<f32>(on_plane, 1.0));
-    let at = position_at(pixel);
+    let at = texel_or_zero(positions, pixel);
     return Seen(radiance_at(pixel), select(1.0e4, length(at.xyz - surface), at.w > 0.0));
 }
 
@@ -78,9 +69,9 @@ fn follow(surface: vec3<f32>, ray: vec3<f32>) -> Seen {
     var best_distance = 1.0e4;
     var best_miss = 3.0e38;
     for (var step = 0; step < SEARCH_STEPS; step++) {
-        let at = position_at(pixel);
+        let at = texel_or_zero(positions, pixel);
         // A receiver above the water hides the water at this pixel; the ray continues below it.
-        if at.w > 0.0 && under_water(camera, at.xyz) {
+        if at.w > 0.0 && texel_or_zero(albedos, pixel).w > 0.0 {
             let to = at.xyz - surface;
             let guess = length(to);
             let beside = to - ray * dot(to, ray);

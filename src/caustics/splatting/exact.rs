@@ -12,6 +12,7 @@ use nephroid_scene::geom::Aabb;
 
 use super::hits::Hit;
 use crate::passes::light_view::TexelView;
+use crate::passes::shadow_map::LightUniform;
 use crate::surfaces::{Arrival, Followed, Surfaces};
 
 /// Most photons along a side of a square view: all their paths are kept at once.
@@ -83,10 +84,30 @@ struct Ends {
     dropped: Vec3,
 }
 
+/// A light whose rays are followed.
+#[derive(Clone, Copy)]
+pub struct Source<'a> {
+    /// The light.
+    pub light: &'a Light,
+    /// Where it is, and in what; `None` where losses do not matter.
+    pub uniform: Option<&'a LightUniform>,
+}
+
+impl Source<'_> {
+    /// Where light was emitted that meets its first surface at a point, after `start` on its ray. In air nothing is lost before the first surface.
+    fn emitted(&self, start: Vec3, first: Vec3) -> Vec3 {
+        match self.uniform.filter(|light| light.water.x < 0.0) {
+            None => start,
+            Some(LightUniform { position_ws: at, .. }) if at.w != 0.0 => at.truncate(),
+            Some(LightUniform { position_ws: along, own, .. }) => first - along.truncate() * (first.dot(along.truncate()) - own.w).max(0.0),
+        }
+    }
+}
+
 /// Follows the light of each texel of a view to receivers in `reached`. `lossless`: only paths that image space can follow, without losses but those of
 /// mirrors.
-pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, reached: Aabb, lossless: bool) -> ExactPhotons {
-    let ends = ends_of(surfaces, light, view, lossless);
+pub fn follow(surfaces: &Surfaces, source: &Source<'_>, view: &TexelView, reached: Aabb, lossless: bool) -> ExactPhotons {
+    let ends = ends_of(surfaces, source, view, lossless);
     let records: Vec<Vec<PhotonRecord>> = (0..ends.len())
         .into_par_iter()
         .map(|y| {
@@ -121,32 +142,34 @@ pub fn follow(surfaces: &Surfaces, light: &Light, view: &TexelView, reached: Aab
 }
 
 /// The ends of all rays of a view, row by row.
-fn ends_of(surfaces: &Surfaces, light: &Light, view: &TexelView, lossless: bool) -> Vec<Vec<Ends>> {
+fn ends_of(surfaces: &Surfaces, source: &Source<'_>, view: &TexelView, lossless: bool) -> Vec<Vec<Ends>> {
     let (columns, rows) = (view.size_tx.x as u32, view.size_tx.y as u32);
     let world_from_clip = view.view.clip_from_world.inverse();
     let texel = |x: u32, y: u32| {
         let ndc =
             |depth| Vec3::new((x as f32 + 0.5) * (2.0 * view.size_tx.z) - 1.0, 1.0 - (y as f32 + 0.5) * (2.0 * view.size_tx.w), depth);
         let (start, end) = (world_from_clip.project_point3(ndc(0.0)), world_from_clip.project_point3(ndc(1.0)));
-        let Followed { first, mut arrivals, mut missed, mut dropped } = surfaces.arrivals(start, (end - start).normalize_or_zero())?;
+        let direction = (end - start).normalize_or_zero();
+        let followed = surfaces.arrivals(start, direction, |first| source.emitted(start, first))?;
+        let Followed { first, mut arrivals, mut missed, mut dropped } = followed;
         if lossless {
             (missed, dropped) = (Vec3::ZERO, Vec3::ZERO);
             arrivals.retain(|arrival| arrival.plain);
             arrivals.iter_mut().for_each(|arrival| arrival.share = arrival.tint);
         }
         let area = view.area_at(v3(first.x, first.y, first.z));
-        Some(Ends { flux: light.incident(first).irradiance * area, width: area.sqrt(), arrivals, missed, dropped })
+        Some(Ends { flux: source.light.incident(first).irradiance * area, width: area.sqrt(), arrivals, missed, dropped })
     };
     (0..rows).into_par_iter().map(|y| (0..columns).map(|x| texel(x, y).unwrap_or_default()).collect()).collect()
 }
 
 /// By texel, row by row: where the path ends that image space follows.
-pub(super) fn plain_hits(surfaces: &Surfaces, light: &Light, view: &TexelView) -> Vec<Option<Hit>> {
+pub(super) fn plain_hits(surfaces: &Surfaces, source: &Source<'_>, view: &TexelView) -> Vec<Option<Hit>> {
     let hit = |ends: Ends| {
         let arrival = ends.arrivals.first()?;
         Some(Hit { position: arrival.position, flux: ends.flux * arrival.share, width_m: ends.width })
     };
-    ends_of(surfaces, light, view, true).into_iter().flatten().map(hit).collect()
+    ends_of(surfaces, source, view, true).into_iter().flatten().map(hit).collect()
 }
 
 /// Where a path of a texel ends.

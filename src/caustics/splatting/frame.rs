@@ -11,7 +11,7 @@ use super::exact::MOST_PHOTONS;
 use super::light_pass::{LightPass, Map, eye_map};
 use super::settings::{Gather, Intersection, Splatting, Views};
 use super::totals::Totals;
-use super::views::{LightViews, Stage, Wanted};
+use super::views::{LightViews, Stage, Wanted, Wet};
 use crate::builder::cut_level;
 use crate::builder::state::clear;
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight, ViewOptions};
@@ -101,9 +101,15 @@ pub fn build(scene: &Scene, shared: &Shared, moments: &[Moment], settings: &Spla
     let mut tallies = Vec::new();
     builder.lights(|builder, light| {
         let views = |moment: &Moment| {
+            let source = &builder.scene.lights[light.number];
             let water = builder.scene.water.as_ref().zip(moment.field.as_ref());
+            let water = water.map(|(water, field)| Wet::new(water, field, source));
+            if water.as_ref().is_some_and(|wet| wet.in_water != light.in_water) {
+                // Photons of an earlier moment, when the light was on the other side of the surface.
+                return Ok(None);
+            }
             let stage = Stage { receivers: &shared.receivers, surfaces: &shared.surfaces, water };
-            LightViews::new(&stage, light.number, &builder.scene.lights[light.number], &wanted)
+            LightViews::new(&stage, light.number, source, &wanted)
         };
         let views = moments.iter().map(views).collect::<Result<Vec<_>, _>>()?;
         let Some(own) = views.last().cloned().flatten() else {

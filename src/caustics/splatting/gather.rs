@@ -21,9 +21,21 @@ use crate::passes::light_view::TexelView;
 /// Farthest distance of a pixel's receiver from the plane of the receiver in the map, in texels of the map.
 const OFF_TX: f32 = 3.0;
 
-/// Bindings: map's view; pixels' position, normal; map's receivers' position, normal; the map.
-pub const BINDINGS: [BindingKind; 6] = [
+/// Receivers that the map lights. Its light crosses the water's surface, if there is one, and cannot land on the side that it comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lit {
+    /// All: there is no water.
+    All = 0,
+    /// Those under water.
+    UnderWater = 1,
+    /// Those that are dry.
+    Dry = 2,
+}
+
+/// Bindings: map's view; pixels' position, normal; map's receivers' position, normal; the map; pixels' albedo.
+pub const BINDINGS: [BindingKind; 7] = [
     BindingKind::Uniform(size_of::<TexelView>()),
+    BindingKind::Texture,
     BindingKind::Texture,
     BindingKind::Texture,
     BindingKind::Texture,
@@ -33,7 +45,7 @@ pub const BINDINGS: [BindingKind; 6] = [
 
 /// The program.
 #[must_use]
-pub fn program() -> Arc<Program> {
+pub fn program(lit: Lit) -> Arc<Program> {
     Arc::new(Program {
         bindings: BINDINGS.to_vec(),
         wgsl: Some(concat!(
@@ -41,11 +53,14 @@ pub fn program() -> Arc<Program> {
             include_str!("../passes/light_view.wgsl"),
             include_str!("gather.wgsl")
         )),
-        ..Program::new("gather", FullscreenVertex, Fragment)
+        wgsl_constants: vec![("lit", f64::from(lit as u8))],
+        ..Program::new("gather", FullscreenVertex, Fragment { lit })
     })
 }
 
-struct Fragment;
+struct Fragment {
+    lit: Lit,
+}
 
 impl FragmentShader for Fragment {
     #[inline(always)]
@@ -55,7 +70,11 @@ impl FragmentShader for Fragment {
         let p: V3<L> = input.texel3_here(position);
         let n = input.texel3_here(bindings.texture(2));
         let (zero, one) = (p.x.like(0.0), p.x.like(1.0));
-        let diffuse = input.texel_here(position, 3).equals(one);
+        let mut diffuse = input.texel_here(position, 3).equals(one);
+        if self.lit != Lit::All {
+            let wet = input.texel_here(bindings.texture(6), 3).gt(zero);
+            diffuse = diffuse & if self.lit == Lit::UnderWater { wet } else { !wet };
+        }
         let cos = -n.dot(map.view.direction_at(p));
         let at = map.texel_at(p);
         let area = map.area_at(p);

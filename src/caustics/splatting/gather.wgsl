@@ -2,12 +2,16 @@
 
 const OFF_TX: f32 = 3.0;
 
+// 0 all receivers, 1 those under water, 2 those that are dry.
+override lit: u32 = 0u;
+
 @group(0) @binding(0) var<uniform> map: TexelView;
 @group(0) @binding(1) var positions: texture_2d<f32>;
 @group(0) @binding(2) var normals: texture_2d<f32>;
 @group(0) @binding(3) var receiver_positions: texture_2d<f32>;
 @group(0) @binding(4) var receiver_normals: texture_2d<f32>;
 @group(0) @binding(5) var caustic_map: texture_2d<f32>;
+@group(0) @binding(6) var albedos: texture_2d<f32>;
 
 @fragment
 fn fs(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
@@ -37,7 +41,9 @@ fn fs(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
             }
         }
     }
-    if !(here.w == 1.0 && cosine > 0.0 && weights > 0.0) {
+    let wet = textureLoad(albedos, vec2<i32>(pixel.xy), 0).w > 0.0;
+    let may_be_lit = lit == 0u || wet == (lit == 1u);
+    if !(may_be_lit && here.w == 1.0 && cosine > 0.0 && weights > 0.0) {
         return vec4<f32>();
     }
     return vec4<f32>(sum * (cosine / (area * weights)), 0.0);

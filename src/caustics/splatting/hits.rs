@@ -5,10 +5,10 @@ use glam::Vec3;
 use nephroid_scene::Scene;
 
 use super::SplattingError;
-use super::exact::{self, MOST_PHOTONS};
+use super::exact::{self, MOST_PHOTONS, Source};
 use super::frame::{Shared, mesh_and_body};
 use super::settings::Splatting;
-use super::views::{LightViews, Stage, Wanted};
+use super::views::{LightViews, Stage, Wanted, Wet};
 use crate::RenderError;
 use crate::passes::light_view::TexelView;
 
@@ -58,13 +58,14 @@ pub fn exact_hits(scene: &Scene) -> Result<Vec<Option<Hits>>, RenderError> {
     let wanted = Wanted { views: settings.views, photons: settings.photons, map_size: settings.map_size, all_paths: false };
     let mut lights = Vec::new();
     for (number, light) in scene.lights.iter().enumerate() {
+        let water = water.map(|(water, field)| Wet::new(water, field, light));
         let stage = Stage { receivers: &shared.receivers, surfaces: &shared.surfaces, water };
         let views = LightViews::new(&stage, number, light, &wanted)?;
         lights.push(views.map(|views| Hits {
             photons: views.photons,
             map: views.map,
             size: (views.photons.size_tx.x as u32, views.photons.size_tx.y as u32),
-            texels: exact::plain_hits(surfaces, light, &views.photons),
+            texels: exact::plain_hits(surfaces, &Source { light, uniform: None }, &views.photons),
         }));
     }
     Ok(lights)

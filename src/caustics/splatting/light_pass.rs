@@ -12,6 +12,7 @@ use nephroid_scene::geom::Aabb;
 use nephroid_scene::{Material, Radiometry};
 
 use super::differential::{self, Steps};
+use super::gather::{self, Lit};
 use super::drawn::Surfaced;
 use super::exact::{self, ExactPhotons, PhotonRecord};
 use super::photons::{self, PhotonsUniform};
@@ -19,7 +20,7 @@ use super::settings::{CurvatureFrom, Gather, Lens, Splats, Splatting};
 use super::splats::{self, Source, SplatsUniform};
 use super::totals::{ARRIVED, ExactTotals, FATES, Totals};
 use super::views::LightViews;
-use super::{gather, pyramid, sizes};
+use super::{pyramid, sizes};
 use crate::Tally;
 use crate::builder::state::{additive, clear, target};
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight};
@@ -110,7 +111,7 @@ impl LightPass<'_> {
         let numbers = PhotonsUniform {
             box_min: self.own.reached.min.extend(settings.search_steps as f32),
             box_max: self.own.reached.max.extend(settings.exit_steps as f32),
-            sigma_t: builder.scene.medium.sigma_t().extend(deepest),
+            sigma_t: if self.light.in_water { Vec3::ZERO } else { builder.scene.medium.sigma_t() }.extend(deepest),
         };
         let numbers = builder.uniform(&format!("photons {label}"), &numbers);
         let own_view = builder.uniform(&format!("photon view {label}"), view);
@@ -162,7 +163,7 @@ impl LightPass<'_> {
         let light = &builder.scene.lights[self.light.number];
         let everywhere = Aabb { min: Vec3::splat(f32::MIN), max: Vec3::splat(f32::MAX) };
         let reached = if self.settings.gather == Gather::Eye { everywhere } else { self.own.reached };
-        let ExactPhotons { mut records, beyond, arrived, light } = exact::follow(surfaces, light, view, reached, self.paper());
+        let ExactPhotons { mut records, beyond, arrived, light } = exact::follow(surfaces, &exact::Source { light, uniform: Some(&self.light.uniform) }, view, reached, self.paper());
         let sum = totals.exact.get_or_insert_with(ExactTotals::default);
         sum.rays += arrived;
         sum.photons += records.len() as u64;
@@ -297,12 +298,17 @@ impl LightPass<'_> {
     /// Adds the map's light to the pixels.
     pub fn gather(&self, builder: &mut FrameBuilder<'_>, map: &Map, texture: TextureId, targets: &CausticTargets) {
         let map_view = builder.uniform(&format!("gather view {}", self.light.number), &map.texels);
-        let textures = [builder.position, builder.normal, map.position, map.normal, texture].map(BindEntry::texture);
+        let textures = [builder.position, builder.normal, map.position, map.normal, texture, builder.albedo].map(BindEntry::texture);
         let bindings = builder.frame.bind_group(std::iter::once(BindEntry::Uniform(map_view, 0)).chain(textures).collect());
         let (states, attachments) = additive(&[Some(targets.irradiance_sum(self.light))]);
+        let lit = match builder.water {
+            None => Lit::All,
+            Some(_) if self.light.in_water => Lit::Dry,
+            Some(_) => Lit::UnderWater,
+        };
         let pipeline = builder
             .frame
-            .pipeline(RenderPipelineDescriptor { targets: states, ..RenderPipelineDescriptor::new("gather", gather::program()) });
+            .pipeline(RenderPipelineDescriptor { targets: states, ..RenderPipelineDescriptor::new("gather", gather::program(lit)) });
         builder.frame.passes.push(Pass {
             label: format!("gather {}", self.light.number),
             color: attachments,

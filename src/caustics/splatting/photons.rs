@@ -70,7 +70,7 @@ pub struct PhotonsUniform {
     pub box_min: Vec4,
     /// The corner opposite. w: halvings of the path inside glass.
     pub box_max: Vec4,
-    /// Extinction coefficient of the water, 1/m. w: component along the view's axis of the deepest glass, m.
+    /// Extinction coefficient behind the water's surface, 1/m. w: component along the view's axis of the deepest glass, m.
     pub sigma_t: Vec4,
 }
 
@@ -199,7 +199,10 @@ impl FragmentShader for Fragment {
         let incident = light.at(p);
         let d = incident.direction;
         let width = view.area_at(p);
-        let arriving = incident.irradiance * width;
+        let mut arriving = incident.irradiance * width;
+        if light.water.x < 0.0 && !self.options.lossless {
+            arriving = arriving.hadamard(light.kept(p));
+        }
         let curvature = if self.options.curvature_of_normals {
             curvature_of_normals(position, normal, input.position.x.floor(), input.position.y.floor())
         } else {

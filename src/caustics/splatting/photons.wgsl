@@ -173,7 +173,10 @@ fn photon_in(texel: vec2<f32>) -> Photon {
     let incident = light_at(light, p);
     let d = incident.direction;
     let width = area_at(view, p);
-    let arriving = incident.irradiance * width;
+    var arriving = incident.irradiance * width;
+    if light.water.x < 0.0 && !lossless {
+        arriving *= beer_lambert_rgb(light.own.rgb, own_distance(light, p));
+    }
     var curvature = 0.0;
     if curvature_of_normals {
         curvature = curvature_from_normals(front_positions, front_normals, texel);

@@ -1,5 +1,7 @@
 //! The two views of a light: that of its photons, and that of the caustic map.
 
+use std::borrow::Cow;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -11,8 +13,10 @@ use nephroid_scene::{Aim, Light, Material};
 
 use super::SplattingError;
 use super::settings::Views;
+use crate::beams::window;
+use crate::builder::is_in_water;
 use crate::passes::light_view::{FittedView, TexelView};
-use crate::passes::shadow_map::refracted_under_flat_water;
+use crate::passes::shadow_map::refracted_at_flat_water;
 use crate::receivers::Receivers;
 use crate::surfaces::Surfaces;
 
@@ -47,7 +51,60 @@ pub struct Stage<'a> {
     /// All objects, to be hit by rays.
     pub surfaces: &'a Surfaces,
     /// The water and its surface.
-    pub water: Option<(&'a Water, &'a HeightField)>,
+    pub water: Option<Wet<'a>>,
+}
+
+/// The water, as a light meets it.
+pub struct Wet<'a> {
+    /// The water.
+    pub water: &'a Water,
+    /// Its surface, or the part of it through which the light passes.
+    pub field: Cow<'a, HeightField>,
+    /// Whether the light is in it.
+    pub in_water: bool,
+}
+
+impl<'a> Wet<'a> {
+    /// Water with a surface, as a light meets it.
+    pub fn new(water: &'a Water, field: &'a HeightField, light: &Light) -> Self {
+        let in_water = is_in_water(light, Some(field));
+        let part = if in_water { window(field, light, water.ior) } else { None };
+        Self { water, field: part.map_or(Cow::Borrowed(field), Cow::Owned), in_water }
+    }
+
+    /// The refracted ray of light that meets the surface at a point with this normal, and the share of a surface across it that the surface shows; `None`
+    /// if no light passes.
+    fn refracted(&self, direction: Vec3, normal: Vec3) -> Option<(Vec3, f32)> {
+        let (normal, eta) = if self.in_water { (-normal, self.water.ior) } else { (normal, 1.0 / self.water.ior) };
+        let (ray, passes) = refract(v3(direction.x, direction.y, direction.z), v3(normal.x, normal.y, normal.z), eta);
+        let across = -direction.dot(normal);
+        (passes && across > 0.0).then_some((Vec3::new(ray.x, ray.y, ray.z), across))
+    }
+
+    /// Vertices of the surface that send light on. Seen from above these are taken to be all.
+    fn emitters(&self, light: &Light) -> Vec<Vec3> {
+        let positions = self.field.positions_ws();
+        if !self.in_water {
+            return positions;
+        }
+        let passes = |(p, n): &(Vec3, &Vec3)| self.refracted(light.incident(*p).direction_ws, **n).is_some();
+        positions.into_iter().zip(&self.field.normals_ws).filter(passes).map(|(p, _)| p).collect()
+    }
+
+    /// A light whose rays behind the surface are about those of `light` behind a flat one: parallel light refracted, a lamp at its apparent height.
+    fn apparent(&self, light: &Light) -> Light {
+        match *light {
+            Light::Directional { irradiance, .. } => {
+                let along = refracted_at_flat_water(light.incident(Vec3::ZERO).direction_ws, self.water.ior);
+                Light::Directional { aim: Aim::Along(along), irradiance }
+            }
+            Light::Point { position, intensity } | Light::Spot { position, intensity, .. } => {
+                let stretch = if self.in_water { 1.0 / self.water.ior } else { self.water.ior };
+                let raised = self.water.level_m + (position.y - self.water.level_m) * stretch;
+                Light::Point { position: Vec3::new(position.x, raised, position.z), intensity }
+            }
+        }
+    }
 }
 
 /// Sizes and choices from the settings.
@@ -68,24 +125,24 @@ impl LightViews {
     /// # Errors
     /// If the light is so near to what it should see that no view holds it.
     pub fn new(stage: &Stage<'_>, number: usize, light: &Light, wanted: &Wanted) -> Result<Option<Self>, SplattingError> {
-        let all = stage.water.map_or(stage.receivers.bounds, |(_, field)| stage.receivers.bounds.union(bounds_of(field)));
-        let emitters = stage.water.map_or_else(|| specular_points(stage.receivers), |(_, field)| field.positions_ws());
-        if emitters.is_empty() || stage.water.is_some_and(|(water, _)| is_under(light, water)) {
+        let all = stage.water.as_ref().map_or(stage.receivers.bounds, |wet| stage.receivers.bounds.union(bounds_of(&wet.field)));
+        let emitters = stage.water.as_ref().map_or_else(|| specular_points(stage.receivers), |wet| wet.emitters(light));
+        if emitters.is_empty() {
             return Ok(None);
         }
         // A lamp among the objects of a scene does not see all of it from one side.
         let whole = if wanted.views == Views::Scene { FittedView::of_points(light, &all.corners(), all) } else { None };
         let own = whole.or_else(|| FittedView::of_points(light, &emitters, all));
         let photons = own.ok_or(SplattingError::NoView { light: number, of: "mirrors, glass or water" })?;
-        let reached = match (whole, stage.water) {
+        let reached = match (whole, &stage.water) {
             (Some(_), _) => stage.receivers.bounds.expanded(stage.receivers.bounds.size().max_element() * 1.0e-3),
-            (None, Some((water, field))) => box_of(water_pilots(stage.surfaces, light, water, field)),
+            (None, Some(wet)) => box_of(water_pilots(stage.surfaces, light, wet)),
             (None, None) => box_of(pilots(stage.surfaces, &photons, wanted.all_paths)),
         };
         if reached.is_empty() {
             return Ok(None);
         }
-        let map_light = stage.water.map_or(*light, |(water, _)| under_water(light, water));
+        let map_light = stage.water.as_ref().map_or(*light, |wet| wet.apparent(light));
         // Light that lands all around a lamp is held by a map of parallel rays.
         let towards = Light::Directional { aim: Aim::Along(reached.center() - photons.view.position_ws.truncate()), irradiance: Vec3::ONE };
         let map = FittedView::new(&map_light, reached).or_else(|| FittedView::new(&towards, reached));
@@ -112,7 +169,7 @@ fn pilots(surfaces: &Surfaces, view: &FittedView, all_paths: bool) -> Vec<Pilot>
             };
             let (start, end) = (at(0.0), at(1.0));
             let across = f64::from(texels.area_at(v3(end.x, end.y, end.z)) / (end - start).length_squared());
-            let arrivals = surfaces.arrivals(start, (end - start).normalize_or_zero()).map_or_else(Vec::new, |followed| followed.arrivals);
+            let arrivals = surfaces.arrivals(start, (end - start).normalize_or_zero(), |_| start).map_or_else(Vec::new, |followed| followed.arrivals);
             let counted = arrivals.into_iter().filter(move |arrival| all_paths || arrival.plain);
             counted.map(move |arrival| (arrival.position, across * f64::from(arrival.share.element_sum())))
         })
@@ -121,16 +178,15 @@ fn pilots(surfaces: &Surfaces, view: &FittedView, all_paths: bool) -> Vec<Pilot>
 }
 
 /// Where light lands that passes the water's surface, at places that do not depend on its mesh: one of two rows would have none between its edges.
-fn water_pilots(surfaces: &Surfaces, light: &Light, water: &Water, field: &HeightField) -> Vec<Pilot> {
+fn water_pilots(surfaces: &Surfaces, light: &Light, wet: &Wet<'_>) -> Vec<Pilot> {
+    let field = &*wet.field;
     let place = |i: u32, vertices: u32| (i as f32 + 0.5) / PILOTS as f32 * (vertices - 1) as f32;
     let row = |y: u32| {
         (0..PILOTS).filter_map(move |x| {
             let (p, n) = interpolated(field, place(x, field.columns), place(y, field.rows));
-            let d = light.incident(p).direction_ws;
-            let (ray, enters) = refract(v3(d.x, d.y, d.z), v3(n.x, n.y, n.z), 1.0 / water.ior);
-            let across = f64::from(-d.dot(n));
-            (enters && across > 0.0).then_some(())?;
-            Some((surfaces.receiver(p, Vec3::new(ray.x, ray.y, ray.z))?, across))
+            let incident = light.incident(p);
+            let (ray, across) = wet.refracted(incident.direction_ws, n)?;
+            Some((surfaces.receiver(p, ray)?, f64::from(across) * f64::from(incident.irradiance.element_sum())))
         })
     };
     (0..PILOTS).into_par_iter().map(|y| row(y).collect::<Vec<_>>()).collect::<Vec<_>>().concat()
@@ -188,25 +244,4 @@ fn specular_points(receivers: &Receivers) -> Vec<Vec3> {
 
 fn bounds_of(field: &HeightField) -> Aabb {
     Aabb::from_points(field.positions_ws())
-}
-
-fn is_under(light: &Light, water: &Water) -> bool {
-    match *light {
-        Light::Directional { .. } => light.incident(Vec3::ZERO).direction_ws.y >= 0.0,
-        Light::Point { position, .. } | Light::Spot { position, .. } => position.y <= water.level_m,
-    }
-}
-
-/// A light whose rays under water are about those of `light` behind flat water: parallel light refracted, a lamp raised to n times its height.
-fn under_water(light: &Light, water: &Water) -> Light {
-    match *light {
-        Light::Directional { irradiance, .. } => {
-            let along = refracted_under_flat_water(light.incident(Vec3::ZERO).direction_ws, water.ior);
-            Light::Directional { aim: Aim::Along(along), irradiance }
-        }
-        Light::Point { position, intensity } | Light::Spot { position, intensity, .. } => {
-            let raised = water.level_m + (position.y - water.level_m) * water.ior;
-            Light::Point { position: Vec3::new(position.x, raised, position.z), intensity }
-        }
-    }
 }

@@ -54,7 +54,13 @@ impl Viewport {
     /// The whole of a target of this size, full depth range.
     #[must_use]
     pub fn full(width: u32, height: u32) -> Self {
-        Self { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 }
+        Self::of(PixelRect::full(width, height))
+    }
+    /// A rectangle of pixels, full depth range.
+    #[must_use]
+    pub fn of(part: PixelRect) -> Self {
+        let (width, height) = ((part.x1 - part.x0) as f32, (part.y1 - part.y0) as f32);
+        Self { x: part.x0 as f32, y: part.y0 as f32, width, height, min_depth: 0.0, max_depth: 1.0 }
     }
 }
 
@@ -75,7 +81,12 @@ impl PixelRect {
     /// The whole of a target of this size.
     #[must_use]
     pub fn full(width: u32, height: u32) -> Self {
-        Self { x0: 0, y0: 0, x1: width, y1: height }
+        Self::at([0, 0], width, height)
+    }
+    /// The rectangle with this corner and size.
+    #[must_use]
+    pub fn at([x0, y0]: [u32; 2], width: u32, height: u32) -> Self {
+        Self { x0, y0, x1: x0 + width, y1: y0 + height }
     }
     /// The pixels that are in both rectangles.
     #[must_use]

@@ -93,6 +93,73 @@ impl HeightField {
         Vec3::new(layout.x_ws(column), self.heights_ws[self.index(column, row)], layout.z_ws(row))
     }
 
+    /// World y of the surface over world (x, z), on the triangles of [`Self::triangle_indices`]; beside the field, that of its nearest edge.
+    #[must_use]
+    pub fn height_at(&self, x_ws: f32, z_ws: f32) -> f32 {
+        let last = Vec2::new((self.columns - 1) as f32, (self.rows - 1) as f32);
+        let place = ((Vec2::new(x_ws, z_ws) - self.origin_ws) / self.spacing_m).clamp(Vec2::ZERO, last);
+        let corner = place.floor().min(last - 1.0);
+        let part = place - corner;
+        let (column, row) = (corner.x as u32, corner.y as u32);
+        let height = |dx: u32, dz: u32| self.heights_ws[self.index(column + dx, row + dz)];
+        // The triangle's corners are (0, 0) or (1, 1), and both others.
+        let far = part.x + part.y > 1.0;
+        let base = if far { height(1, 1) } else { height(0, 0) };
+        let along = if far { Vec2::new(1.0 - part.y, 1.0 - part.x) } else { part };
+        base + along.x * (height(1, 0) - base) + along.y * (height(0, 1) - base)
+    }
+
+    /// World (x, z) of the corners with the smallest and the largest coordinates, in metres.
+    #[must_use]
+    pub fn corners_ws(&self) -> [Vec2; 2] {
+        let last = Vec2::new((self.columns - 1) as f32, (self.rows - 1) as f32);
+        [self.origin_ws, self.origin_ws + self.spacing_m * last]
+    }
+
+    /// The part of the surface over a rectangle of world (x, z), with as many vertices. Heights are those of the triangles, normals are interpolated.
+    #[must_use]
+    pub fn resampled(&self, min_ws: Vec2, max_ws: Vec2) -> Self {
+        let spacing_m = (max_ws - min_ws) / Vec2::new((self.columns - 1) as f32, (self.rows - 1) as f32);
+        let layout = Layout { columns: self.columns, rows: self.rows, origin_ws: min_ws, spacing_m };
+        let mut part = layout.sample(|column, row| (self.height_at(layout.x_ws(column), layout.z_ws(row)), Vec2::ZERO));
+        for row in 0..self.rows {
+            for column in 0..self.columns {
+                let index = part.index(column, row);
+                part.normals_ws[index] = self.normal_at(layout.x_ws(column), layout.z_ws(row));
+            }
+        }
+        part
+    }
+
+    /// Unit normal over world (x, z), between the normals of the four vertices around.
+    #[must_use]
+    pub fn normal_at(&self, x_ws: f32, z_ws: f32) -> Vec3 {
+        let last = Vec2::new((self.columns - 1) as f32, (self.rows - 1) as f32);
+        let place = ((Vec2::new(x_ws, z_ws) - self.origin_ws) / self.spacing_m).clamp(Vec2::ZERO, last);
+        let corner = place.floor().min(last - 1.0);
+        let part = place - corner;
+        let normal = |dx: u32, dz: u32| self.normals_ws[self.index(corner.x as u32 + dx, corner.y as u32 + dz)];
+        let along = |dz: u32| normal(0, dz).lerp(normal(1, dz), part.x);
+        along(0).lerp(along(1), part.y).normalize()
+    }
+
+    /// Whether the surface is above a world-space point, so that the point is under water.
+    #[must_use]
+    pub fn is_above(&self, p_ws: Vec3) -> bool {
+        let [first, last] = self.corners_ws();
+        let at = Vec2::new(p_ws.x, p_ws.z);
+        let inside = at.cmpge(first).all() && at.cmple(last).all();
+        inside && p_ws.y < self.height_at(p_ws.x, p_ws.z)
+    }
+
+    /// The surface mirrored at the plane y = 0, as seen by light that comes from below.
+    #[must_use]
+    pub fn upside_down(&self) -> Self {
+        let heights_ws = self.heights_ws.iter().map(|height| -height).collect();
+        let normals_ws = self.normals_ws.iter().map(|n| Vec3::new(-n.x, n.y, -n.z)).collect();
+        Self { heights_ws, normals_ws, ..*self }
+    }
+
     /// World positions of all vertices, in index order.
     #[must_use]
     pub fn positions_ws(&self) -> Vec<Vec3> {
@@ -169,6 +236,22 @@ mod tests {
             area += 0.5 * up;
         }
         assert!((area - 1.5 * 0.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn heights_between_vertices_are_those_of_the_triangles() {
+        // One cell, folded along its diagonal: 1 m at the corner (1, 1), 0 elsewhere.
+        let field = HeightField::from_heights(2, 2, Vec2::new(2.0, -1.0), Vec2::new(2.0, 1.0), vec![0.0, 0.0, 0.0, 1.0]).unwrap();
+        for (x, z, expected) in [(2.0, -1.0, 0.0), (3.0, -0.5, 0.0), (4.0, 0.0, 1.0), (3.5, -0.25, 0.5), (2.5, -0.9, 0.0), (9.0, 9.0, 1.0)] {
+            assert!((field.height_at(x, z) - expected).abs() < 1e-6, "{} at ({x}, {z})", field.height_at(x, z));
+        }
+        assert!(field.is_above(Vec3::new(3.5, 0.4, -0.25)) && !field.is_above(Vec3::new(3.5, 0.6, -0.25)));
+        assert!(!field.is_above(Vec3::new(4.1, -1.0, -0.25)), "beside the water");
+        // A plane keeps its height everywhere.
+        let plane = plane();
+        for (x, z) in [(-0.9, 2.1), (-0.3, 2.4), (0.2, 2.3)] {
+            assert!((plane.height_at(x, z) - (1.0 + (x + 1.0) - (z - 2.0))).abs() < 1e-6);
+        }
     }
 
     #[test]

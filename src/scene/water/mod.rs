@@ -217,6 +217,13 @@ impl Water {
         WaterSim::new(self)
     }
 
+    /// World y that no wave falls below at any time, in metres; for tilted and simulated water, which have no such bound, the level.
+    #[must_use]
+    pub fn lowest_m(&self) -> f32 {
+        let rise = self.formula(0.0).map_or(0.0, |formula| formula.bounds(0.0).0);
+        self.level_m - rise as f32
+    }
+
     /// World (x, z) of the corner with the smallest coordinates, in metres.
     #[must_use]
     pub fn min_ws(&self) -> Vec2 {

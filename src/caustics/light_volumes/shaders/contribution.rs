@@ -12,7 +12,7 @@ use super::BeamsUniform;
 pub struct BeamContribution<L> {
     /// Irradiance of a level surface (physical), or I_sp (paper), W/m².
     pub intensity: V3<L>,
-    /// Direction of travel, per metre of depth.
+    /// Direction of travel, per metre of depth, in the space of the beams.
     pub ray: V3<L>,
 }
 
@@ -23,13 +23,14 @@ impl<L: Lanes> BeamContribution<L> {
         let zero = self.ray.x.like(0.0);
         let exists = input.texel_here(bindings.texture(7), 3).equals(zero.like(1.0));
         let beams: &BeamsUniform = bindings.uniform(1);
+        let ray = beams.turned(self.ray);
         let visible = if beams.sigma_t.w > 0.0 { input.texel_here(bindings.texture(9), 0) } else { zero.like(1.0) };
         let visible = L::select(exists, visible, zero);
         let intensity = self.intensity * visible;
         // Direction towards the light: a unit vector in paper radiometry, per unit of height in physical radiometry, because the section is level
         // [decision E1].
-        let unit = -self.ray.normalize();
-        let to_light = if paper { unit } else { -self.ray };
+        let unit = -ray.normalize();
+        let to_light = if paper { unit } else { -ray };
         let cos = Lanes::max(input.texel3_here(bindings.texture(8)).dot(to_light), zero);
         let irradiance = intensity * cos;
         output.color[0] = match gather {

@@ -16,7 +16,8 @@ struct Targets {
     @location(4) count: vec4<f32>,
 }
 
-fn contribution(intensity_at: vec3<f32>, ray: vec3<f32>, at: vec2<i32>) -> Targets {
+fn contribution(intensity_at: vec3<f32>, along: vec3<f32>, at: vec2<i32>) -> Targets {
+    let ray = turned(along);
     let exists = textureLoad(positions, at, 0).w == 1.0;
     let seen = select(1.0, textureLoad(visibilities, at, 0).r, beams.sigma_t.w > 0.0);
     let visible = select(0.0, seen, exists);

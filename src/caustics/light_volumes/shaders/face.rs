@@ -25,7 +25,7 @@ impl VertexShader for VertexAtFace {
         let beams: &BeamsUniform = bindings.uniform(1);
         let beam: &Beam = bindings.uniform(4);
         let vertex = section_vertex(bindings, input);
-        output.position = camera.project(vertex.position);
+        output.position = camera.project(beams.turned(vertex.position));
         let area = double_area(&beam.section(vertex.position.y)).abs() * 0.5;
         let zero = vertex.depth.like(0.0);
         let lit = lit(bindings);

@@ -12,7 +12,7 @@ fn vs(@builtin(vertex_index) index: u32) -> Varyings {
     let d = beam.d[vertex.number];
     let scale = lit_at(vertex.number) * d.w / lit_area(abs(double_area_at(vertex.position.y)) * 0.5, beam.flux.w);
     let left = beer_lambert_rgb(beams.sigma_t.rgb, vertex.depth * d.y);
-    return Varyings(project(camera, vertex.position), beam.flux.rgb * left * scale, vec3<f32>(d.x, -1.0, d.z));
+    return Varyings(project(camera, turned(vertex.position)), beam.flux.rgb * left * scale, vec3<f32>(d.x, -1.0, d.z));
 }
 
 @fragment

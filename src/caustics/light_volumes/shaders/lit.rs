@@ -18,7 +18,7 @@ pub fn lit(bindings: &Bindings<'_>) -> [f32; 3] {
         let light: &LightUniform = bindings.uniform(2);
         let beam: &Beam = bindings.uniform(4);
         for (lit, g) in lit.iter_mut().zip(&beam.g) {
-            let (uv, depth, inside) = light.through_air(v3(g.x, g.y, g.z));
+            let (uv, depth, inside) = light.on_straight_map(beams.turned(v3(g.x, g.y, g.z)));
             if inside {
                 *lit = sample_compare(bindings.texture(5), &bindings.sampler(6), uv, 0, depth);
             }

@@ -3,18 +3,24 @@
 struct BeamsUniform {
     sigma_t: vec4<f32>,
     planes: vec4<f32>,
+    space: vec4<f32>,
 }
 
 @group(0) @binding(1) var<uniform> beams: BeamsUniform;
 @group(0) @binding(2) var<uniform> light: LightUniform;
-@group(0) @binding(5) var air_map: texture_depth_2d;
+@group(0) @binding(5) var straight_map: texture_depth_2d;
 @group(0) @binding(6) var compare: sampler_comparison;
+
+// A point or vector of the beams' space in the world, or the other way round.
+fn turned(v: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(v.x, v.y * beams.space.x, v.z);
+}
 
 fn lit_at(number: u32) -> f32 {
     if beams.planes.w > 0.0 {
-        let at = through_air(light, beam.g[number].xyz);
+        let at = on_straight_map(light, turned(beam.g[number].xyz));
         if at.w > 0.0 {
-            return textureSampleCompareLevel(air_map, compare, at.xy, at.z);
+            return textureSampleCompareLevel(straight_map, compare, at.xy, at.z);
         }
     }
     return 1.0;

@@ -27,6 +27,8 @@ use crate::beams::Beam;
 use crate::passes::camera::CameraUniform;
 use crate::passes::fullscreen::FullscreenVertex;
 use crate::passes::shadow_map::LightUniform;
+use nephroid_math::lanes::Lanes;
+use nephroid_math::vector::{V3, v3};
 use nephroid_pipeline::BindingKind;
 use nephroid_pipeline::shader::{Interpolation, Program, Varying};
 use nephroid_scene::Radiometry;
@@ -45,8 +47,18 @@ pub use relight::to_light;
 pub struct BeamsUniform {
     /// Extinction coefficient, 1/m; 0 in paper radiometry. w is 1 if objects under water cast shadows.
     pub sigma_t: Vec4,
-    /// x: mean level of the water, m. y: distance between planes, m. z: number of slabs. w: 1 if vertices are looked up in the shadow map.
+    /// x: mean level of the generators, m. y: distance between planes, m. z: number of slabs. w: 1 if vertices are looked up in the shadow map.
     pub planes: Vec4,
+    /// x: 1, or −1 if the beams are upside down ([`crate::beams::LightBeams::side`]). The rest is unused.
+    pub space: Vec4,
+}
+
+impl BeamsUniform {
+    /// A point or vector of the beams' space in the world, or the other way round.
+    #[inline(always)]
+    pub fn turned<L: Lanes>(&self, v: V3<L>) -> V3<L> {
+        v3(v.x, v.y * self.space.x, v.z)
+    }
 }
 
 /// A beam's uniforms. The offsets of dynamic uniforms are multiples of 256 bytes.

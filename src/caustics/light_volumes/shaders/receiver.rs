@@ -22,7 +22,8 @@ impl VertexShader for VertexAtReceiver {
     #[inline(always)]
     fn vertex<L: Lanes>(&self, bindings: &Bindings<'_>, input: &VertexInput<'_, L>, output: &mut VertexOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(0);
-        output.position = camera.project(section_vertex(bindings, input).position);
+        let beams: &BeamsUniform = bindings.uniform(1);
+        output.position = camera.project(beams.turned(section_vertex(bindings, input).position));
         let lit = lit(bindings);
         let token = input.token;
         output.set3(0, v3(L::splat(token, lit[0]), L::splat(token, lit[1]), L::splat(token, lit[2])));
@@ -43,7 +44,7 @@ impl FragmentShader for FragmentAtReceiver {
         let beams: &BeamsUniform = bindings.uniform(1);
         let beam: &Beam = bindings.uniform(4);
         let lit = input.flat_varyings();
-        let p: V3<L> = input.texel3_here(bindings.texture(7));
+        let p: V3<L> = beams.turned(input.texel3_here(bindings.texture(7)));
         let zero = p.x.like(0.0);
         let corners = beam.section(p.y);
         let double_area = double_area(&corners);

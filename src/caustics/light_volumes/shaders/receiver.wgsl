@@ -7,13 +7,13 @@ struct Varyings {
 
 @vertex
 fn vs(@builtin(vertex_index) index: u32) -> Varyings {
-    return Varyings(project(camera, section_vertex(index).position), vec3<f32>(lit_at(0u), lit_at(1u), lit_at(2u)));
+    return Varyings(project(camera, turned(section_vertex(index).position)), vec3<f32>(lit_at(0u), lit_at(1u), lit_at(2u)));
 }
 
 @fragment
 fn fs(in: Varyings) -> Targets {
     let at_pixel = vec2<i32>(in.position.xy);
-    let p = textureLoad(positions, at_pixel, 0).xyz;
+    let p = turned(textureLoad(positions, at_pixel, 0).xyz);
     let inverse = 1.0 / double_area_at(p.y);
     var weights = vec3<f32>();
     for (var i = 0u; i < 3u; i++) {

@@ -10,7 +10,7 @@ use nephroid_scene::Radiometry;
 
 use super::RelightUniform;
 
-/// `Σ I·(N·L)`, with L the direction towards the light under still water, or `N·Σ I L`, per channel [BO §3.2].
+/// `Σ I·(N·L)`, with L the direction towards the light behind still water, or `N·Σ I L`, per channel [BO §3.2].
 pub struct Relight;
 
 impl FragmentShader for Relight {
@@ -34,11 +34,11 @@ impl FragmentShader for Relight {
     }
 }
 
-/// Direction towards the light under still water, see [`RelightUniform`].
+/// Direction towards the light behind still water, see [`RelightUniform`].
 #[must_use]
 pub fn to_light(refracted: Vec3, radiometry: Radiometry) -> Vec3 {
     match radiometry {
         Radiometry::Paper => -refracted,
-        Radiometry::Physical => refracted / refracted.y,
+        Radiometry::Physical => -refracted / refracted.y.abs(),
     }
 }

@@ -13,7 +13,7 @@ use super::super::slices::SliceVertex;
 
 /// Vertices of a beam's cross-sections, one per lane.
 pub struct SectionVertex<L> {
-    /// World space, m.
+    /// In the space of the beams, m.
     pub position: V3<L>,
     /// Number of the vertex in the section, 0 to 2.
     pub number: L,

@@ -1,4 +1,4 @@
-// The map through air: the twin of `AirVertex` in `shadow_map.rs`.
+// The map of straight rays: the twin of `StraightVertex` in `shadow_map.rs`.
 
 @group(0) @binding(0) var<uniform> light: LightUniform;
 @group(0) @binding(1) var<storage, read> vertices: array<ReceiverVertex>;

@@ -1,10 +1,10 @@
-// The map through water: the twin of `WaterVertex` in `shadow_map.rs`.
+// The map through the surface: the twin of `RefractedVertex` in `shadow_map.rs`.
 
 @group(0) @binding(0) var<uniform> light: LightUniform;
 @group(0) @binding(1) var<storage, read> vertices: array<ReceiverVertex>;
 
 @vertex
 fn vs(@builtin(vertex_index) vertex_index: u32) -> @builtin(position) vec4<f32> {
-    let at = through_water(light, vertices[vertex_index].position_ws.xyz);
+    let at = on_refracted_map(light, vertices[vertex_index].position_ws.xyz);
     return vec4<f32>(at.x * 2.0 - 1.0, -(at.y * 2.0) + 1.0, at.z, 1.0);
 }
