@@ -48,7 +48,8 @@ pub struct Rendered {
     pub passes: Vec<(String, PassOutput)>,
 }
 
-/// Renders frames of one scene with one technique. Data that frames share is kept.
+/// Renders frames of one scene with one technique. Data that frames share is kept. A scene far from the origin is drawn at the origin
+/// ([`Scene::recentred`]); the layer `position` is where the scene is.
 pub struct Renderer {
     technique: &'static dyn Technique,
     executor: Box<dyn Executor>,
@@ -75,7 +76,8 @@ impl Renderer {
     /// If the technique is unknown, a mesh cannot be loaded, or the technique refuses the scene.
     pub fn with_executor(scene: &Scene, options: &RenderOptions, executor: Box<dyn Executor>) -> Result<Self, RenderError> {
         let technique = options.techniques.find(&options.technique)?;
-        let builder = executor.device().install(|| technique.prepare(scene))?;
+        let moved = scene.recentred();
+        let builder = executor.device().install(|| technique.prepare(moved.as_ref().unwrap_or(scene)))?;
         Ok(Self { technique, executor, builder, layers: options.layers.clone() })
     }
 
@@ -94,7 +96,8 @@ impl Renderer {
 
     fn built(&mut self, scene: &Scene, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
         let (builder, device) = (&mut self.builder, self.executor.device());
-        device.install(|| builder.frame(scene, device, layers))
+        let moved = scene.recentred();
+        device.install(|| builder.frame(moved.as_ref().unwrap_or(scene), device, layers))
     }
 
     /// Builds the frame of a scene without running it. The scene may differ from the loaded one in time, lights, camera and medium.
@@ -116,7 +119,10 @@ impl Renderer {
         self.check_layers(&built)?;
         let output = self.executor.run(&built.frame, observer)?;
         let names = self.layers.as_deref();
-        let layers = output.device.install(|| layers::extract(&built, &output, names))?;
+        let mut layers = output.device.install(|| layers::extract(&built, &output, names))?;
+        if let Some(moved) = scene.recentred() {
+            layers.move_positions((moved.origin - scene.origin).to_array());
+        }
         let (tallied, audited) = tally::count(&built.tallies, &output);
         let mut counters = built.counters;
         counters.extend(tallied);

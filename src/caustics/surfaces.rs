@@ -24,8 +24,15 @@ const LEAST_SHARE: f32 = 1.0e-3;
 /// Most bodies of glass within each other that are told apart.
 const NESTING: usize = 4;
 
-/// Offset of a ray's start from the surface, as a share of the size of all surfaces.
-const STEP_OFF: f32 = 1.0e-5;
+/// Offset of a ray's start from the surface that it leaves, as a share of its coordinates: some times the rounding error of a point on a ray. What is nearer
+/// to a surface than that cannot be told from it.
+const LIFT: f32 = 5.0e-7;
+
+/// Enlargement of triangles' boxes, as a share of the size of all surfaces: more than the rounding error between a ray and a triangle.
+const BOX_SLACK: f32 = 2.0e-6;
+
+/// No triangle.
+const NONE: u32 = u32::MAX;
 
 /// Least downward component of a beam's direction: a nearly horizontal ray would reach the floor a thousand depths away.
 const LEAST_FALL: f32 = 1.0e-3;
@@ -88,7 +95,6 @@ pub struct Surfaces {
     /// Mesh and triangle, by number in the tree.
     triangles: Vec<(u32, u32)>,
     tree: Bvh2,
-    step_off: f32,
     /// The mesh that is the surface of water.
     water: Option<u32>,
 }
@@ -96,6 +102,8 @@ pub struct Surfaces {
 /// Intersection of a ray with a surface.
 struct Meeting {
     position: Vec3,
+    /// The triangle's place in the tree; [`NONE`] for a point of a generator, whose mesh is not in the tree.
+    place: u32,
     mesh: u32,
     piece: u32,
     /// Interpolated normal. Both normals point out of the mesh.
@@ -116,6 +124,16 @@ struct State {
     /// See [`Arrival::plain`].
     plain: bool,
     inside: Bodies,
+    /// The triangle that the light comes from, which its ray skips.
+    skip: u32,
+}
+
+impl State {
+    /// Light that has met nothing.
+    fn new(position: Vec3, direction: Vec3) -> Self {
+        let inside = Bodies::default();
+        Self { hash: 1, share: Vec3::ONE, position, direction, events: 0, tint: Vec3::ONE, plain: true, inside, skip: NONE }
+    }
 }
 
 /// The bodies of glass that light is in, innermost last.
@@ -173,19 +191,18 @@ impl Surfaces {
         let of_mesh = |(number, (mesh, _)): (usize, &(Mesh, Material))| (0..mesh.triangle_count() as u32).map(move |t| (number as u32, t));
         let triangles: Vec<(u32, u32)> = meshes.iter().enumerate().flat_map(of_mesh).collect();
         let size = meshes.iter().fold(0.0, |size: f32, (mesh, _)| size.max(mesh.bounds().size().max_element()));
-        let step_off = (size * STEP_OFF).max(f32::MIN_POSITIVE);
+        let slack = Vec3A::splat((size * BOX_SLACK).max(f32::MIN_POSITIVE));
         let boxes: Vec<Bounds> = triangles
             .iter()
             .map(|&(mesh, triangle)| {
                 let [a, b, c] = corners(&meshes[mesh as usize].0, triangle).map(Vec3A::from);
-                let slack = Vec3A::splat(step_off);
                 Bounds::new(a.min(b).min(c) - slack, a.max(b).max(c) + slack)
             })
             .collect();
         let indices = (0..boxes.len() as u32).collect();
         let tree = PlocBuilder::with_capacity(boxes.len()).build(PlocSearchDistance::Low, &boxes, indices, SortPrecision::U64, 0);
         let pieces = meshes.iter().map(|(mesh, _)| pieces(mesh)).collect();
-        Self { meshes, pieces, triangles, tree, step_off, water: None }
+        Self { meshes, pieces, triangles, tree, water: None }
     }
 
     /// Whether a light reaches a point of a mirror or of glass, and the paths that it takes from there.
@@ -207,17 +224,16 @@ impl Surfaces {
             Light::Point { position: at, .. } | Light::Spot { position: at, .. } => at.distance(position),
         };
         // The start is moved off the surface and towards the light, so that the ground below an object does not block the light.
-        let start = position + (facing - direction) * self.step_off;
-        let lit = self.nearest(start, -direction, distance).is_none();
-        let start =
-            State { hash: 1, share: Vec3::ONE, position, direction, events: 0, tint: Vec3::ONE, plain: true, inside: Bodies::default() };
+        let start = position + (facing - direction) * lift(position);
+        let lit = self.nearest(start, -direction, distance, NONE).is_none();
+        let start = State::new(position, direction);
         // All three vertices of a generator's triangle lie on the same piece, so piece 0 stands for it.
-        let meeting = Meeting { position, mesh: object, piece: 0, normal, face: normal };
+        let meeting = Meeting { position, place: NONE, mesh: object, piece: 0, normal, face: normal };
         let mut found = Vec::new();
         let mut left: Vec<State> = Vec::new();
         self.event(start, &meeting, MOST_EVENTS, &mut left);
         while let Some(state) = left.pop() {
-            match self.nearest(state.position, state.direction, f32::INFINITY) {
+            match self.nearest(state.position, state.direction, f32::INFINITY, state.skip) {
                 Some(meeting) if !self.is_diffuse(meeting.mesh) => {
                     self.event(state, &meeting, MOST_EVENTS, &mut left);
                 }
@@ -233,21 +249,12 @@ impl Surfaces {
     /// Follows a ray of a light to the first mirror, glass or water, and its light from there. `None` if it meets a receiver first, or nothing. The ray is
     /// followed from `start`, its light from where `emitted` says that it was emitted if it meets its first surface at a point.
     pub fn arrivals(&self, start: Vec3, direction: Vec3, emitted: impl Fn(Vec3) -> Vec3) -> Option<Followed> {
-        let first = self.nearest(start, direction, f32::INFINITY).filter(|first| !self.is_diffuse(first.mesh))?;
-        let start = State {
-            hash: 1,
-            share: Vec3::ONE,
-            position: emitted(first.position),
-            direction,
-            events: 0,
-            tint: Vec3::ONE,
-            plain: true,
-            inside: Bodies::default(),
-        };
+        let first = self.nearest(start, direction, f32::INFINITY, NONE).filter(|first| !self.is_diffuse(first.mesh))?;
+        let start = State::new(emitted(first.position), direction);
         let (mut arrivals, mut left, mut missed) = (Vec::new(), Vec::new(), Vec3::ZERO);
         let mut dropped = self.event(start, &first, MOST_EVENTS_OF_ARRIVALS, &mut left);
         while let Some(mut state) = left.pop() {
-            let Some(meeting) = self.nearest(state.position, state.direction, f32::INFINITY) else {
+            let Some(meeting) = self.nearest(state.position, state.direction, f32::INFINITY, state.skip) else {
                 missed += state.share;
                 continue;
             };
@@ -298,7 +305,7 @@ impl Surfaces {
 
     /// The first surface that a ray meets, if it is a receiver.
     pub fn receiver(&self, start: Vec3, direction: Vec3) -> Option<Vec3> {
-        let meeting = self.nearest(start, direction, f32::INFINITY)?;
+        let meeting = self.nearest(start, direction, f32::INFINITY, NONE)?;
         matches!(self.meshes[meeting.mesh as usize].1, Material::Diffuse { .. }).then_some(meeting.position)
     }
 
@@ -312,7 +319,8 @@ impl Surfaces {
             // There is no water in glass, but the light may leave into it.
             state.share *= self.kept(state.inside, at.position.distance(state.position));
             state.inside = state.inside.within(at.mesh, outside);
-            state.position = at.position + state.direction * self.step_off;
+            state.position = at.position;
+            state.skip = at.place;
             state.events += 1;
             left.push(state);
             return Vec3::ZERO;
@@ -337,12 +345,12 @@ impl Surfaces {
             let direction = Vec3::new(direction.x, direction.y, direction.z);
             // Light that the interpolated normal sends to the wrong side of the face is dropped.
             let goes_through = direction.dot(face) < 0.0;
-            let position = at.position + face * if through { -self.step_off } else { self.step_off };
+            let position = at.position + face * if through { -lift(at.position) } else { lift(at.position) };
             let hash = step_hash(state.hash, at.mesh, at.piece, event);
             // Reflected first and last; or through the first surface, and through the second one from its inside.
             let first_or_second = events == 1 && through == inside.innermost().is_some() || events == 2 && through && inside.depth == 0;
             let plain = state.plain && first_or_second && (through || is_mirror);
-            let next = State { hash, share, position, direction, events, tint: state.tint * tint, plain, inside };
+            let next = State { hash, share, position, direction, events, tint: state.tint * tint, plain, inside, skip: at.place };
             if goes_through == through && share.max_element() >= LEAST_SHARE {
                 left.push(next);
             } else {
@@ -369,8 +377,8 @@ impl Surfaces {
         dropped
     }
 
-    /// The first intersection along a ray, up to `limit` metres; `None` if there is none.
-    fn nearest(&self, origin: Vec3, direction: Vec3, limit: f32) -> Option<Meeting> {
+    /// The first intersection along a ray, up to `limit` metres, without the triangle at the place `skip` of the tree; `None` if there is none.
+    fn nearest(&self, origin: Vec3, direction: Vec3, limit: f32, skip: u32) -> Option<Meeting> {
         let number = |place: usize| self.triangles[self.tree.primitive_indices[place] as usize];
         let meet = |place: usize| {
             let (mesh, triangle) = number(place);
@@ -378,7 +386,9 @@ impl Surfaces {
         };
         let mut hit = RayHit::none();
         let ray = Ray::new(origin.into(), direction.into(), 0.0, limit);
-        self.tree.ray_traverse(ray, &mut hit, |_, place| meet(place).map_or(f32::INFINITY, |(t, _)| t));
+        self.tree.ray_traverse(ray, &mut hit, |_, place| {
+            if place as u32 == skip { f32::INFINITY } else { meet(place).map_or(f32::INFINITY, |(t, _)| t) }
+        });
         if hit.primitive_id == obvhs::ray::INVALID_ID {
             return None;
         }
@@ -392,12 +402,18 @@ impl Surfaces {
         let face = (b - a).cross(c - a).normalize_or(mesh.normals[i]);
         Some(Meeting {
             position: origin + direction * t,
+            place: place as u32,
             mesh: number,
             piece: self.pieces[number as usize][i] + 1,
             normal: normal.normalize_or(face),
             face,
         })
     }
+}
+
+/// Distance by which a ray's start is moved off the surface at a point, m.
+fn lift(p: Vec3) -> f32 {
+    (LIFT * p.abs().max_element()).max(f32::MIN_POSITIVE)
 }
 
 /// The hash of a path with one more event at a piece of a mesh.

@@ -117,7 +117,7 @@ pub fn prepare(request: &Request) -> anyhow::Result<PreparedScene> {
     Ok(PreparedScene { technique, scene })
 }
 
-/// Loads a scene and applies overrides in the order of the arguments.
+/// Loads a scene and applies overrides in the order of the arguments. A scene far from the origin is moved there ([`Scene::recentred`]).
 ///
 /// # Errors
 /// If the scene cannot be loaded, or an override is not allowed.
@@ -143,7 +143,7 @@ pub fn load(
     for SettingArgument { key, value } in settings {
         scene.set(key, value).context("cannot apply --set")?;
     }
-    Ok(scene)
+    Ok(scene.recentred().unwrap_or(scene))
 }
 
 /// Renders with the threads of the current rayon pool, or on a driver if `driver` is given (by name, or the first).
@@ -164,7 +164,8 @@ pub fn render(request: &Request, prepared: &PreparedScene, driver: Option<Option
         None => Renderer::new(scene, &options)?,
         Some(name) => Renderer::with_executor(scene, &options, drivers::executor(name, options.device, options.memory_limit_bytes)?)?,
     };
-    let rendered = renderer.render(scene, None)?;
+    let mut rendered = renderer.render(scene, None)?;
+    rendered.layers.move_positions(scene.origin.to_array());
     Ok(Rendering { technique, layers: rendered.layers, tone: tone_map(scene), counters: rendered.counters, audit: rendered.audit })
 }
 

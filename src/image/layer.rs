@@ -206,6 +206,22 @@ impl LayerSet {
         self.layers.iter().find(|layer| layer.name == name)
     }
 
+    /// Adds a vector, m, to the positions of the layer `position`, if there is one. Zeros, where a picture shows no surface, stay.
+    pub fn move_positions(&mut self, by: [f64; 3]) {
+        let Some(layer) = self.layers.iter_mut().find(|layer| layer.name == "position") else { return };
+        if by == [0.0; 3] || layer.planes.len() != 3 {
+            return;
+        }
+        for k in 0..layer.planes[0].pixels().len() {
+            if layer.planes.iter().any(|plane| plane.pixels()[k] != 0.0) {
+                for (plane, by) in layer.planes.iter_mut().zip(by) {
+                    let pixel = &mut plane.pixels_mut()[k];
+                    *pixel = (f64::from(*pixel) + by) as f32;
+                }
+            }
+        }
+    }
+
     /// All layers in order.
     pub fn iter(&self) -> std::slice::Iter<'_, Layer> {
         self.layers.iter()

@@ -1,5 +1,6 @@
 //! A whole scene, as plain data.
 
+use glam::DVec3;
 use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -76,6 +77,9 @@ pub struct Scene {
     /// Where the scene was read from; not part of the file. Default: nowhere
     #[serde(skip)]
     pub source: SceneFile,
+    /// Where the origin of all coordinates is in those of the file, m; not part of the file. [`Scene::recentred`] sets it. Default: 0
+    #[serde(skip)]
+    pub origin: DVec3,
 }
 
 /// Size of the picture.

@@ -25,6 +25,7 @@ mod names;
 mod object;
 mod pattern;
 mod reach;
+mod recentre;
 mod scene_file;
 mod settings;
 mod shape;

@@ -122,7 +122,7 @@ impl<'a> Eye<'a> {
             let (d, n) = (v3(direction.x, direction.y, direction.z), v3(normal.x, normal.y, normal.z));
             let (onward, passes) = refract(d, n, here / there);
             let p = origin + direction * length;
-            let lift = 1.0e-6 * (p.abs().max_element() + 0.1);
+            let lift = 1.0e-6 * p.abs().max_element().max(0.1 * self.water.map_or(0.0, |water| water.size));
             let onward = if passes {
                 wet = !wet;
                 origin = p - normal * lift;

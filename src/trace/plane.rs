@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use nephroid_scene::MeasuringPlane;
 
-/// Tolerance at the end of a stretch, as a share of its length: a plane that lies in a surface measures the light that lands there.
+/// Tolerance at the end of a stretch, as a share of its length or of a tenth of the plane: a plane that lies in a surface measures the light that lands there.
 const REACH: f32 = 1.0e-5;
 
 /// A [`MeasuringPlane`] in the form for intersections.
@@ -16,6 +16,8 @@ pub(super) struct Plane {
     along_v: Vec3,
     columns: f32,
     rows: f32,
+    /// A tenth of its longer side, m.
+    least: f32,
 }
 
 impl Plane {
@@ -33,6 +35,7 @@ impl Plane {
             along_v: dual(v, u, rows),
             columns: columns as f32,
             rows: rows as f32,
+            least: plane.u.length().max(plane.v.length()) * 0.1,
         }
     }
 
@@ -43,7 +46,7 @@ impl Plane {
             return None;
         }
         let t = (self.corner - origin).dot(self.normal) / towards;
-        let end = length + (length * REACH + 1.0e-6);
+        let end = length + length.max(self.least) * REACH;
         if !(t > 0.0 && t <= end) {
             return None;
         }

@@ -48,6 +48,7 @@ impl Tracer {
             trace,
             title: _,
             source: _,
+            origin: _,
         } = self.scene();
         let (options, bounds) = (&self.options, self.world.bounds);
         // States of earlier versions are refused in scenes with water or smoke, which then drew their random numbers in another way.

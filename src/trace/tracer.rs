@@ -94,6 +94,17 @@ impl Tracer {
     /// # Errors
     /// If a mesh cannot be made or loaded, or the scene cannot be traced, see [`TraceError`].
     pub fn new(scene: &Scene, options: &TraceOptions) -> Result<Self, TraceError> {
+        let moved = scene.recentred();
+        let Some(moved) = &moved else { return Self::at_origin(scene, options) };
+        let mut options = options.clone();
+        let shift = moved.origin - scene.origin;
+        for position in options.points.iter_mut().flat_map(|points| &mut points.positions) {
+            *position = position.map(|p| (p.as_dvec3() - shift).as_vec3());
+        }
+        Self::at_origin(moved, &options)
+    }
+
+    fn at_origin(scene: &Scene, options: &TraceOptions) -> Result<Self, TraceError> {
         let water = WaterSurface::new(scene);
         let world = World::new(scene, water.as_ref().map(|water| water.level - water.rise), options.level)?;
         let mut targets: Vec<[Vec3; 3]> = world.specular_triangles().collect();
@@ -149,7 +160,7 @@ impl Tracer {
         })
     }
 
-    /// The traced scene.
+    /// The traced scene, at the origin if it was far away ([`Scene::recentred`]).
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -336,7 +347,7 @@ fn on_diffuse_surfaces(points: &Points, world: &World) -> Points {
     let mut points = points.clone();
     for (position, normal) in points.positions.iter_mut().zip(&points.normals) {
         if let Some(p) = *position {
-            let reach = REACH * (1.0 + p.abs().max_element());
+            let reach = REACH * world.bounds.size().max_element().max(p.abs().max_element());
             let hit = world.nearest(p + *normal * reach, -*normal, 2.0 * reach, NONE);
             let diffuse = |hit: Hit| world.surfaces[world.object(hit.triangle) as usize] == Surface::Diffuse;
             if !hit.is_some_and(diffuse) {

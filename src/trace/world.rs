@@ -12,6 +12,9 @@ use super::tree::{Hit, Hits, NONE, Packet, Tree};
 /// Most triangles: the hierarchy numbers them with 32 bits and reserves some of the numbers.
 const MAX_TRIANGLES: usize = 1 << 27;
 
+/// Farthest distance, in sizes of a triangle, by which rounding puts a point on a ray beside its plane.
+const NEAR: f32 = 1.0e-2;
+
 /// Enlargement of triangles' boxes, as a share of the size of the scene. It exceeds the rounding error between a ray and a triangle, so a triangle
 /// that a ray meets is never culled with its box.
 const BOX_SLACK: f32 = 2.0e-6;
@@ -222,7 +225,7 @@ impl Facet<'_> {
     #[inline]
     pub fn onto(&self, p: Vec3, direction: Vec3) -> Vec3 {
         let step = (self.triangle.a - p).dot(self.across) / self.across.dot(direction);
-        if step.abs() < 1.0e-4 { p + direction * step } else { p }
+        if step * step < self.across.length() * (NEAR * NEAR) { p + direction * step } else { p }
     }
 
     /// Unit normal of the plane, out of the surface; zero for a degenerate triangle.

@@ -163,7 +163,7 @@ fn culling_changes_no_picture() {
             if !paper {
                 let (whole, ..) = of(&mut scene, LightVolumes { culling: BeamCulling::Off, ..settings });
                 assert_eq!(whole, picture, "{name}, whole beams");
-                scene.techniques.edit::<LightVolumes>().depth_below_floor_m += 0.5;
+                scene.techniques.edit::<LightVolumes>().depth_below_floor += 0.5;
                 let deeper = *scene.techniques.get::<LightVolumes>();
                 assert_ne!(of(&mut scene, deeper).0, picture, "the comparison cannot fail");
             }

@@ -375,8 +375,8 @@ fn errors_of_range_name_the_value_and_its_range() {
         ("samples: 2", "negligible_light: ¦0.6", "techniques.caustic_volumes.negligible_light: found 0.6, expected a number from 0 to 0.5"),
         (
             "samples: 2",
-            "depth_below_floor_m: ¦-0.1",
-            "techniques.caustic_volumes.depth_below_floor_m: found -0.1, expected a number from 0 to 1000000 m",
+            "depth_below_floor: ¦-0.1",
+            "techniques.caustic_volumes.depth_below_floor: found -0.1, expected a number from 0 to 1000 of the depth",
         ),
     ]);
 }

@@ -32,6 +32,7 @@ pub struct Interface<'a> {
 #[derive(Clone, Copy)]
 struct Refracted {
     position: Vec3,
+    normal: Vec3,
     /// Refracted ray per metre of depth, and its length; `None` if it does not go down.
     ray: Option<(Vec3, f32)>,
     light_direction: Vec3,
@@ -81,7 +82,7 @@ impl<'a> Interface<'a> {
             .par_chunks_exact(3)
             .with_min_len(1024)
             .map(|t| {
-                let (made, energy) = beam([0, 1, 2].map(|k| vertices[t[k] as usize]), flux_model, flat);
+                let (made, energy) = beam([0, 1, 2].map(|k| vertices[t[k] as usize]), flux_model, flat, *ior);
                 // A triangle without area has no beam.
                 (made.unwrap_or_default(), energy)
             })
@@ -128,6 +129,7 @@ impl<'a> Interface<'a> {
         let reflects_all = cos > 0.0 && !enters;
         Refracted {
             position,
+            normal,
             ray,
             light_direction: direction,
             from_lamp,
@@ -138,6 +140,36 @@ impl<'a> Interface<'a> {
             reflects_all,
         }
     }
+}
+
+/// Solid angle from which on a triangle's transmittance is more than the mean of those at its corners, sr.
+const WIDE_SR: f32 = 0.02;
+
+/// Barycentric weights and weights of a rule for integrals over a triangle, exact for polynomials of degree 3.
+const RULE: [([f32; 3], f32); 7] = [
+    ([1.0, 0.0, 0.0], 3.0),
+    ([0.0, 1.0, 0.0], 3.0),
+    ([0.0, 0.0, 1.0], 3.0),
+    ([0.5, 0.5, 0.0], 8.0),
+    ([0.0, 0.5, 0.5], 8.0),
+    ([0.5, 0.0, 0.5], 8.0),
+    ([1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0], 27.0),
+];
+
+/// Share of a lamp's light that passes a triangle, where its angle changes much from corner to corner.
+fn wide_transmittance(v: &[Refracted; 3], ior: f32) -> f32 {
+    let (mut passed, mut arriving) = (0.0, 0.0);
+    for (b, weight) in RULE {
+        let mean = |f: fn(&Refracted) -> Vec3| f(&v[0]) * b[0] + f(&v[1]) * b[1] + f(&v[2]) * b[2];
+        let from = mean(|v| v.from_lamp);
+        let distance = from.length();
+        let cos = -(from / distance).dot(mean(|v| v.normal).normalize());
+        // In the plane of the triangle, light falls off as its distance cubed.
+        let light = weight / (distance * distance * distance);
+        passed += light * if cos > 0.0 { fresnel_transmittance(cos.min(1.0), 1.0, ior) } else { 0.0 };
+        arriving += light;
+    }
+    passed / arriving
 }
 
 /// Solid angle of a triangle whose corners are given relative to the eye, sr, above 0 if its normal (anticlockwise) points away from the eye [Van Oosterom
@@ -161,7 +193,7 @@ fn flat_transmittance(field: &HeightField, light: &Light, ior: f32) -> f32 {
     if cos > 0.0 { fresnel_transmittance(cos, 1.0, ior) } else { 0.0 }
 }
 
-fn beam(v: [Refracted; 3], flux_model: FluxModel, flat_transmittance: f32) -> (Option<Beam>, SurfaceEnergy) {
+fn beam(v: [Refracted; 3], flux_model: FluxModel, flat_transmittance: f32, ior: f32) -> (Option<Beam>, SurfaceEnergy) {
     let [a, b, c] = v.map(|v| v.position);
     // Twice the area times the upward normal.
     let cross = (b - a).cross(c - a);
@@ -181,7 +213,11 @@ fn beam(v: [Refracted; 3], flux_model: FluxModel, flat_transmittance: f32) -> (O
     let measure = measure.max(0.0);
     let emitted = mean(|v| v.strength) * measure;
     let incident = mean(|v| v.strength * v.kept) * measure;
-    let transmittance = (v[0].transmittance + v[1].transmittance + v[2].transmittance) / 3.0;
+    let transmittance = if v[0].from_lamp != Vec3::ZERO && measure > WIDE_SR {
+        wide_transmittance(&v, ior)
+    } else {
+        (v[0].transmittance + v[1].transmittance + v[2].transmittance) / 3.0
+    };
     let sum = |v: Vec3| f64::from(v.x) + f64::from(v.y) + f64::from(v.z);
     let mut energy = SurfaceEnergy { incident: sum(emitted), absorbed: sum(emitted - incident), ..SurfaceEnergy::default() };
     let (Some(ra), Some(rb), Some(rc)) = (v[0].ray, v[1].ray, v[2].ray) else {

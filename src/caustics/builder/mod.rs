@@ -90,7 +90,7 @@ impl<'a> FrameBuilder<'a> {
     /// Starts a frame with the pass `geometry_buffer`.
     #[must_use]
     pub fn new(scene: &'a Scene, receivers: &'a Receivers, water: Option<&'a HeightField>, view: &ViewOptions) -> Self {
-        let eye = view::Eye::new(scene, water, view);
+        let eye = view::Eye::new(scene, water, receivers.bounds.min.y, view);
         let size = eye.size;
         let depth_format = if view.stencil { TextureFormat::Depth32FloatStencil8 } else { TextureFormat::Depth32Float };
         let mut frame = Frame::default();

@@ -47,12 +47,12 @@ pub(super) struct Eye {
 }
 
 impl Eye {
-    pub fn new(scene: &Scene, water: Option<&HeightField>, view: &ViewOptions) -> Self {
+    pub fn new(scene: &Scene, water: Option<&HeightField>, lowest_receiver_y: f32, view: &ViewOptions) -> Self {
         let (under, ratio) = side_and_ratio(scene, water, view.eye_refraction);
         let (width, height) = (scene.image.width * view.samples, scene.image.height * view.samples);
         let margin = if ratio != 1.0 { (width.max(height) as f32 * SNELL_MARGIN).ceil() as u32 } else { 0 };
         let size = (width + 2 * margin, height + 2 * margin);
-        Self { size, margin, camera: camera_uniform(scene, water, (width, height), size, (under, ratio)) }
+        Self { size, margin, camera: camera_uniform(scene, water, lowest_receiver_y, (width, height), size, (under, ratio)) }
     }
 }
 
@@ -91,6 +91,7 @@ pub fn cut_level(scene: &Scene, eye_refraction: EyeRefraction) -> Option<f32> {
 fn camera_uniform(
     scene: &Scene,
     surface: Option<&HeightField>,
+    lowest_receiver_y: f32,
     inner: (u32, u32),
     size: (u32, u32),
     (under, ratio): (bool, f32),
@@ -108,6 +109,7 @@ fn camera_uniform(
         let per_metre = surface.spacing_m.recip();
         (Vec4::new(min.x, min.y, max.x, max.y), Vec4::new(first.x, first.y, per_metre.x, per_metre.y))
     });
+    let depth = scene.water.as_ref().map_or(1.0, |water| (water.level_m - lowest_receiver_y).max(water.size_m.max_element() * 0.1));
     let (lowest, level) = scene.water.as_ref().map_or((0.0, 0.0), |water| (water.lowest_m(), water.level_m));
     CameraUniform {
         clip_from_world,
@@ -117,6 +119,6 @@ fn camera_uniform(
         water: Vec4::new(lowest, ratio, if under { 1.0 } else { 0.0 }, if water.is_some() { 1.0 } else { 0.0 }),
         extent,
         grid,
-        level: Vec4::new(level, 0.0, 0.0, 0.0),
+        level: Vec4::new(level, depth, 0.0, 0.0),
     }
 }

@@ -89,7 +89,8 @@ fn bottom_of_volumes(scene: &Scene, receivers: &Receivers, settings: &CausticVol
     let Some(water) = &scene.water else { return 0.0 };
     let level = water.level_m * beams.side;
     let lowest = if beams.side > 0.0 { receivers.bounds.min.y } else { -receivers.bounds.max.y };
-    let floor = lowest.min(level) - settings.depth_below_floor_m;
+    let floor = lowest.min(level);
+    let floor = floor - (level - floor) * settings.depth_below_floor;
     let clearest = beams.sigma_t.min_element();
     if clearest > 0.0 && settings.negligible_light > 0.0 {
         let reach = -libm::logf(settings.negligible_light) / clearest;

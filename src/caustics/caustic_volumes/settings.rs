@@ -1,6 +1,6 @@
 //! Settings of `caustic-volumes`.
 
-use nephroid_scene::{EyeRefraction, MAX_GRID, MAX_LENGTH_M, Radiometry, choices, settings};
+use nephroid_scene::{EyeRefraction, MAX_GRID, Radiometry, choices, settings};
 
 choices! {
     /// Which faces of the caustic volumes are rasterized.
@@ -17,7 +17,7 @@ settings! {
     pub struct CausticVolumes("caustic_volumes") {
         shared radiometry, note "decisions E1 and E4; also `--radiometry`";
         shared grid, said "64x64, 128x128";
-        shared depth_below_floor_m;
+        shared depth_below_floor;
         /// Share of the light, after absorption in the clearest channel, below which a volume is cut off by a bottom cap; 0 for never.
         negligible_light: f32 = 0.001, in 0.0..=0.5;
         shared eye_refraction;

@@ -94,7 +94,7 @@ impl<'a> Culler<'a> {
         let sides = frustum.planes().iter().take(4).copied().collect();
         let all = (!clamp).then(|| slices.all());
         let boxes = (0..columns.len()).filter(|&k| visible[columns[k].number]).collect();
-        Self { sides, camera: *camera, side, columns, boxes, slices, all, span, doubt: DOUBT * size.max(1.0e-3) }
+        Self { sides, camera: *camera, side, columns, boxes, slices, all, span, doubt: DOUBT * size }
     }
 
     /// The world position at which a point of the beams' space appears through the water surface, see [`CameraUniform::raise`].

@@ -42,6 +42,9 @@ pub struct GeneratedBeams {
     pub levels: u32,
 }
 
+/// Least height below the lowest receiver, as a share of the size of the scene.
+const LEAST_BELOW: f32 = 1.0e-3;
+
 impl Generators<'_> {
     /// Whether the scene has no generators.
     #[must_use]
@@ -86,7 +89,8 @@ impl Generators<'_> {
         let lowest = if side > 0.0 { bounds.min.y } else { -bounds.max.y };
         let floor = if bounds.is_empty() { low } else { lowest.min(low) };
         // A beam needs some height, even if nothing lies below it.
-        let bottom_y = floor - self.settings.depth_below_floor_m.max(1.0e-3 * (1.0 + high.abs()));
+        let least = (bounds.size().max_element().max(high - low) * LEAST_BELOW).max(f32::MIN_POSITIVE);
+        let bottom_y = floor - ((high - floor) * self.settings.depth_below_floor).max(least);
         Span { top_y: high, trough_y: low, bottom_y }
     }
 }

@@ -49,7 +49,7 @@ impl Rect {
         self.min.cmple(other.min).all() && other.max.cmple(self.max).all()
     }
     fn widened(self) -> Self {
-        let slack = Vec2::splat(SLACK * (1.0 + self.min.abs().max(self.max.abs()).max_element()));
+        let slack = Vec2::splat(SLACK * self.min.abs().max(self.max.abs()).max_element());
         Self { min: self.min - slack, max: self.max + slack }
     }
     fn corners(self) -> [Vec2; 4] {

@@ -1,6 +1,6 @@
 //! Settings of `light-volumes`.
 
-use nephroid_scene::{EyeRefraction, MAX_GRID, MAX_LENGTH_M, Radiometry, choices, settings};
+use nephroid_scene::{EyeRefraction, MAX_GRID, Radiometry, choices, settings};
 
 choices! {
     /// How light of many beams is added up at a receiver.
@@ -77,7 +77,7 @@ settings! {
         generator_edge: f32 = 0.02, in 0.001..=1.0;
         /// Slicing planes, the surface among them.
         planes: u32 = 9, in 2..=64, said "not said";
-        shared depth_below_floor_m;
+        shared depth_below_floor;
         /// How beams that need not be drawn are found.
         culling: BeamCulling = BeamCulling::Hierarchical, note "`per_beam` is the paper's reference, `off` draws whole beams";
         /// Whether beams are drawn only where the boxes of receivers are.

@@ -13,7 +13,7 @@ fn fs(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     var color = seen;
     if camera.water.z > 0.0 {
         // The eye is under water, so it sees everything through water.
-        let distance = select(1.0e4, length(here.xyz - camera.eye_ws.xyz), exists);
+        let distance = select(1.0e4 * camera.level.y, length(here.xyz - camera.eye_ws.xyz), exists);
         color = through_medium(environment.sigma_t.rgb, environment.inscatter.rgb, select(vec3<f32>(0.0), seen, exists), distance);
     } else if !exists {
         color = sky(environment, pixel_ray(camera, position.xy));

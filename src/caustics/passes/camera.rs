@@ -27,7 +27,7 @@ pub struct CameraUniform {
     pub extent: Vec4,
     /// Grid of the surface's heights: x and z of the first vertex, m; vertices per metre along x and z.
     pub grid: Vec4,
-    /// x: mean water level, m. The rest is unused.
+    /// x: mean water level, m. y: depth of the water, m: how far below that level the lowest receiver is, or a tenth of the water's size. The rest is unused.
     pub level: Vec4,
 }
 

@@ -77,7 +77,7 @@ impl LightView {
     }
 }
 
-/// The view of the shadow map through air.
+/// The view of the shadow map of straight rays, where that is one view.
 impl From<&LightUniform> for LightView {
     fn from(light: &LightUniform) -> Self {
         Self { clip_from_world: light.clip_from_world, position_ws: light.position_ws }
@@ -152,6 +152,31 @@ impl FittedView {
                 Some(Self { view: LightView::point(&pyramid)?, axis_ws, extent: half * 2.0 })
             }
         }
+    }
+
+    /// The sides of a cube around a lamp that see any of the points or lie in the direction `towards`, in the order +x, −x, +y, −y, +z, −z: for what is
+    /// too wide for one view. `Self::of_points` has the meaning of the near plane.
+    #[must_use]
+    pub fn sides_around(position_ws: Vec3, points: &[Vec3], towards: Vec3) -> Vec<Self> {
+        let side_of = |v: Vec3| {
+            let axis = v.abs().max_position();
+            2 * axis + usize::from(v[axis] < 0.0)
+        };
+        let mut farthest = [0.0_f32; 6];
+        for to in points.iter().map(|&p| p - position_ws) {
+            let far = &mut farthest[side_of(to)];
+            *far = far.max(to.abs().max_element());
+        }
+        let most = farthest.iter().copied().fold(0.0, f32::max);
+        let seen = |side: usize| farthest[side] > 0.0 || side == side_of(towards);
+        let view = |side: usize| {
+            let axis_ws = Vec3::AXES[side / 2] * if side % 2 == 0 { 1.0 } else { -1.0 };
+            let up_ws = if side / 2 == 1 { Vec3::X } else { Vec3::Y };
+            let (near_m, far_m) = (most * LEAST_NEAR * 0.1, most * (1.0 + 10.0 * SLACK));
+            let pyramid = Pyramid { position_ws, axis_ws, up_ws, fov_y_rad: std::f32::consts::FRAC_PI_2, aspect: 1.0, near_m, far_m };
+            Some(Self { view: LightView::point(&pyramid)?, axis_ws, extent: Vec2::splat(2.0) })
+        };
+        (0..6).filter(|&side| seen(side)).filter_map(view).collect()
     }
 
     /// Whether the light is a point, so that the view is a pyramid.

@@ -25,6 +25,9 @@ use super::camera::CameraUniform;
 use super::environment::EnvironmentUniform;
 use super::fullscreen::FullscreenVertex;
 
+/// Length of a ray in water that meets nothing, in depths of the water: nothing is seen through so much of it.
+const ENDLESS: f32 = 1.0e4;
+
 /// Steps of the search along a refracted ray.
 const SEARCH_STEPS: usize = 8;
 
@@ -117,7 +120,7 @@ impl FragmentShader for Background {
         let color = if camera.water.z > 0.0 {
             // The eye is under water, so it sees everything through water.
             let eye = V3::splat(input.token, camera.eye_ws.truncate());
-            let distance = L::select(exists, (p - eye).length(), p.x.like(1.0e4));
+            let distance = L::select(exists, (p - eye).length(), p.x.like(ENDLESS * camera.level.y));
             through_water(environment, V3::select(exists, seen, v3(p.x.like(0.0), p.x.like(0.0), p.x.like(0.0))), distance)
         } else {
             V3::select(exists, seen, environment.sky(ray))
@@ -190,7 +193,7 @@ impl SurfaceFragment {
         let on_plane = v3(surface.x, surface.y.like(camera.level.x), surface.z);
         let pixel = camera.pixel(transform_point(&camera.clip_from_world, on_plane));
         let at = position_at(bindings, pixel);
-        let distance = L::select(at.w.gt(at.w.like(0.0)), (v3(at.x, at.y, at.z) - surface).length(), at.w.like(1.0e4));
+        let distance = L::select(at.w.gt(at.w.like(0.0)), (v3(at.x, at.y, at.z) - surface).length(), at.w.like(ENDLESS * camera.level.y));
         Seen { radiance: radiance_at(bindings, camera, pixel), distance }
     }
 
@@ -198,9 +201,9 @@ impl SurfaceFragment {
     #[inline(always)]
     fn follow<L: Lanes>(&self, bindings: &Bindings<'_>, camera: &CameraUniform, surface: V3<L>, ray: V3<L>) -> Seen<L> {
         let zero = surface.x.like(0.0);
-        // The start is the receiver straight behind the surface, or one metre of depth if that receiver is above the water.
+        // The start is the receiver straight behind the surface, or the depth of the water if that receiver is above it.
         let mut pixel = camera.pixel(transform_point(&camera.clip_from_world, surface));
-        let mut distance = Lanes::min(-(zero.like(1.0) / ray.y), zero.like(4.0));
+        let mut distance = Lanes::min(-(zero.like(1.0) / ray.y), zero.like(4.0)) * camera.level.y;
         // At a jump in depth the iteration has no fixed point and oscillates. Of the points found, the one nearest to the ray is taken.
         let mut best = pixel;
         let mut best_distance = zero;
@@ -224,7 +227,7 @@ impl SurfaceFragment {
             pixel = camera.pixel(camera.project(surface + ray * distance));
         }
         // If the iteration finds no point under water, the water is taken to be deep.
-        let distance = L::select(best_miss.lt(zero.like(f32::INFINITY)), best_distance, zero.like(1.0e4));
+        let distance = L::select(best_miss.lt(zero.like(f32::INFINITY)), best_distance, zero.like(ENDLESS * camera.level.y));
         Seen { radiance: radiance_at(bindings, camera, best), distance }
     }
 }

@@ -3,6 +3,7 @@
 override snell: bool = true;
 
 const SEARCH_STEPS: i32 = 8;
+const ENDLESS: f32 = 1.0e4;
 
 struct WaterVertex {
     position_ws: vec4<f32>,
@@ -57,16 +58,16 @@ fn virtual_plane(surface: vec3<f32>) -> Seen {
     let on_plane = vec3<f32>(surface.x, camera.level.x, surface.z);
     let pixel = pixel_of(camera, camera.clip_from_world * vec4<f32>(on_plane, 1.0));
     let at = texel_or_zero(positions, pixel);
-    return Seen(radiance_at(pixel), select(1.0e4, length(at.xyz - surface), at.w > 0.0));
+    return Seen(radiance_at(pixel), select(ENDLESS * camera.level.y, length(at.xyz - surface), at.w > 0.0));
 }
 
 // Follows a refracted ray from the surface to the first receiver under water.
 fn follow(surface: vec3<f32>, ray: vec3<f32>) -> Seen {
     var pixel = pixel_of(camera, camera.clip_from_world * vec4<f32>(surface, 1.0));
-    var distance = min(-(1.0 / ray.y), 4.0);
+    var distance = min(-(1.0 / ray.y), 4.0) * camera.level.y;
     // At a jump in depth the iteration has no fixed point and oscillates. Of the points found, the one nearest to the ray is taken.
     var best = pixel;
-    var best_distance = 1.0e4;
+    var best_distance = ENDLESS * camera.level.y;
     var best_miss = 3.0e38;
     for (var step = 0; step < SEARCH_STEPS; step++) {
         let at = texel_or_zero(positions, pixel);

@@ -11,7 +11,7 @@ use super::exact::MOST_PHOTONS;
 use super::light_pass::{LightPass, Map, eye_map};
 use super::settings::{Gather, Intersection, Splatting, Views};
 use super::totals::Totals;
-use super::views::{LightViews, Stage, Wanted, Wet};
+use super::views::{LightViews, PhotonView, Stage, Wanted, Wet};
 use crate::builder::cut_level;
 use crate::builder::state::clear;
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight, ViewOptions};
@@ -130,17 +130,21 @@ pub fn build(scene: &Scene, shared: &Shared, moments: &[Moment], settings: &Spla
         let mut photons = Vec::new();
         for (age, (emitters, views)) in emitters.iter().zip(views).rev().enumerate() {
             let Some(views) = views else { continue };
-            let view = if moments.len() > 1 { views.photons.shifted(emitters.moment.number) } else { views.photons };
-            totals.rays += u64::from(view.size_tx.x as u32) * u64::from(view.size_tx.y as u32);
-            photons.push(match (settings.intersection, &receivers) {
-                (Intersection::Image, Some(receivers)) => {
-                    pass.photons(builder, age, (&view, views.deepest), &emitters.surfaces, receivers, &mut tallies)
-                }
-                _ => pass.exact_photons(builder, age, &view, emitters.rays.as_ref().unwrap_or(&shared.surfaces), &mut totals),
-            });
+            for (number, view) in views.photons.iter().enumerate() {
+                let texels = if moments.len() > 1 { view.texels.shifted(emitters.moment.number) } else { view.texels };
+                let view = PhotonView { texels, ..*view };
+                let label = pass.label(age, number);
+                totals.rays += u64::from(texels.size_tx.x as u32) * u64::from(texels.size_tx.y as u32);
+                photons.push(match (settings.intersection, &receivers) {
+                    (Intersection::Image, Some(receivers)) => {
+                        pass.photons(builder, &label, &view, &emitters.surfaces, receivers, &mut tallies)
+                    }
+                    _ => pass.exact_photons(builder, &label, &texels, emitters.rays.as_ref().unwrap_or(&shared.surfaces), &mut totals),
+                });
+            }
         }
         totals.fitted += u64::from(settings.views == Views::Scene && !own.whole);
-        totals.parallel += u64::from(own.map.view.position_ws.w != own.photons.view.position_ws.w);
+        totals.parallel += u64::from(own.map.view.position_ws.w != own.photons[0].texels.view.position_ws.w);
         let texture = pass.splats(builder, &photons, &map);
         pass.gather(builder, &map, texture, &targets);
         Ok(())

@@ -61,11 +61,18 @@ pub fn exact_hits(scene: &Scene) -> Result<Vec<Option<Hits>>, RenderError> {
         let water = water.map(|(water, field)| Wet::new(water, field, light));
         let stage = Stage { receivers: &shared.receivers, surfaces: &shared.surfaces, water };
         let views = LightViews::new(&stage, number, light, &wanted)?;
-        lights.push(views.map(|views| Hits {
-            photons: views.photons,
+        let Some(views) = views else {
+            lights.push(None);
+            continue;
+        };
+        let [view] = views.photons[..] else {
+            return Err(SplattingError::NoView { light: number, of: "water" }.into());
+        };
+        lights.push(Some(Hits {
+            photons: view.texels,
             map: views.map,
-            size: (views.photons.size_tx.x as u32, views.photons.size_tx.y as u32),
-            texels: exact::plain_hits(surfaces, &Source { light, uniform: None }, &views.photons),
+            size: (view.texels.size_tx.x as u32, view.texels.size_tx.y as u32),
+            texels: exact::plain_hits(surfaces, &Source { light, uniform: None }, &view.texels),
         }));
     }
     Ok(lights)

@@ -19,7 +19,7 @@ use super::photons::{self, PhotonsUniform};
 use super::settings::{CurvatureFrom, Gather, Lens, Splats, Splatting};
 use super::splats::{self, Source, SplatsUniform};
 use super::totals::{ARRIVED, ExactTotals, FATES, Totals};
-use super::views::LightViews;
+use super::views::{LightViews, PhotonView};
 use super::{pyramid, sizes};
 use crate::Tally;
 use crate::builder::state::{additive, clear, target};
@@ -35,6 +35,7 @@ const FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 /// The photons of a light at a moment, and where splats read them.
 pub(super) struct Photons {
     source: Source,
+    view: TexelView,
     entries: Vec<BindEntry>,
     /// Columns of photons in textures.
     columns: f32,
@@ -77,27 +78,28 @@ impl LightPass<'_> {
         light_buffer::add(&mut builder.frame, &label, &view.view, size(view), keep, draws)
     }
 
-    /// The light's number, and the age of a moment in frames if that is not the frame's own.
-    fn label(&self, age: usize) -> String {
+    /// The light's number; the age of a moment in frames if that is not the frame's own; the number of the view if it is not the first.
+    pub fn label(&self, age: usize, view: usize) -> String {
         let number = self.light.number;
-        if age == 0 { number.to_string() } else { format!("{number} before {age}") }
+        let age = if age == 0 { String::new() } else { format!(" before {age}") };
+        if view == 0 { format!("{number}{age}") } else { format!("{number}{age} view {view}") }
     }
 
     fn paper(&self) -> bool {
         self.settings.radiometry == Radiometry::Paper
     }
 
-    /// Emits photons of a moment and finds where they land. `view`: the photons' view, and the component along its axis of the deepest of what emits.
+    /// Emits the photons of a view and finds where they land.
     pub fn photons(
         &self,
         builder: &mut FrameBuilder<'_>,
-        age: usize,
-        (view, deepest): (&TexelView, f32),
+        label: &str,
+        &PhotonView { texels: ref view, deepest }: &PhotonView,
         surfaces: &Surfaced,
         receivers: &LightBuffer,
         tallies: &mut Vec<Tally>,
     ) -> Photons {
-        let (settings, label) = (self.settings, self.label(age));
+        let settings = self.settings;
         let buffer = |builder: &mut FrameBuilder<'_>, of: &str, keep, draws: &[SurfaceDraw]| {
             light_buffer::add(&mut builder.frame, &format!("light_buffer {of} {label}"), &view.view, size(view), keep, draws)
         };
@@ -148,14 +150,14 @@ impl LightPass<'_> {
         });
         tallies.push(Tally { fates: position, values: flux, names: FATES, arrived: ARRIVED });
         let entries = targets.into_iter().map(BindEntry::texture).collect();
-        Photons { source: Source::Textures, entries, columns: view.size_tx.x, count: width * height }
+        Photons { source: Source::Textures, view: *view, entries, columns: view.size_tx.x, count: width * height }
     }
 
-    /// Follows photons of a moment through the triangles of the scene.
+    /// Follows the photons of a view through the triangles of the scene.
     pub fn exact_photons(
         &self,
         builder: &mut FrameBuilder<'_>,
-        age: usize,
+        label: &str,
         view: &TexelView,
         surfaces: &Surfaces,
         totals: &mut Totals,
@@ -175,8 +177,8 @@ impl LightPass<'_> {
             // A storage binding has at least one element.
             records.push(PhotonRecord::default());
         }
-        let buffer = builder.frame.buffer(format!("photons {}", self.label(age)), Arc::new(Buffer::from_slice(&records)));
-        Photons { source: Source::Records, entries: vec![BindEntry::Storage(buffer)], columns: 1.0, count }
+        let buffer = builder.frame.buffer(format!("photons {label}"), Arc::new(Buffer::from_slice(&records)));
+        Photons { source: Source::Records, view: *view, entries: vec![BindEntry::Storage(buffer)], columns: 1.0, count }
     }
 
     /// Draws the photons of all moments into the caustic map.
@@ -218,7 +220,7 @@ impl LightPass<'_> {
         // Distance between photons where the light is neither gathered nor spread, in the middle of what it reaches.
         let middle = self.own.reached.center();
         let area = |view: &TexelView| view.area_at(v3(middle.x, middle.y, middle.z));
-        let distance = (area(&self.own.photons) / area(&map.texels)).sqrt();
+        let distance = (area(&photons.view) / area(&map.texels)).sqrt();
         let size = self.settings.splat_size;
         let diameter = if self.settings.splats == Splats::Fixed { size * distance } else { size };
         let shape = Vec4::new(diameter, photons.columns, distance, 1.0 / self.moments as f32);

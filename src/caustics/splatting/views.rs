@@ -32,16 +32,23 @@ const WIDENING: f32 = 0.05;
 /// The views of a light.
 #[derive(Clone)]
 pub struct LightViews {
-    /// Mirrors, glass or water from the light; a photon for each texel.
-    pub photons: TexelView,
+    /// Mirrors, glass or water from the light, a photon for each texel: one view, or several around a lamp that one view does not hold.
+    pub photons: Vec<PhotonView>,
     /// Receivers from the light.
     pub map: TexelView,
     /// What the map holds, m.
     pub reached: Aabb,
-    /// Component along the axis of the photons' view of the deepest point of mirrors, glass or water, m.
-    pub deepest: f32,
     /// Whether both views hold the whole scene.
     pub whole: bool,
+}
+
+/// A view of photons.
+#[derive(Clone, Copy)]
+pub struct PhotonView {
+    /// The view.
+    pub texels: TexelView,
+    /// Component along its axis of the deepest point of mirrors, glass or water, m.
+    pub deepest: f32,
 }
 
 /// What lights shine on.
@@ -132,26 +139,55 @@ impl LightViews {
         }
         // A lamp among the objects of a scene does not see all of it from one side.
         let whole = if wanted.views == Views::Scene { FittedView::of_points(light, &all.corners(), all) } else { None };
-        let own = whole.or_else(|| FittedView::of_points(light, &emitters, all));
-        let photons = own.ok_or(SplattingError::NoView { light: number, of: "mirrors, glass or water" })?;
-        let reached = match (whole, &stage.water) {
-            (Some(_), _) => stage.receivers.bounds.expanded(stage.receivers.bounds.size().max_element() * 1.0e-3),
-            (None, Some(wet)) => box_of(water_pilots(stage.surfaces, light, wet)),
-            (None, None) => box_of(pilots(stage.surfaces, &photons, wanted.all_paths)),
+        let own = whole.or_else(|| FittedView::of_points(light, &emitters, all)).map_or_else(|| sides(light, &emitters, stage), |one| vec![one]);
+        let Some(first) = own.first() else {
+            return Err(SplattingError::NoView { light: number, of: "mirrors, glass or water" });
+        };
+        let landings = match (whole, &stage.water) {
+            (Some(_), _) => Vec::new(),
+            (None, Some(wet)) => water_pilots(stage.surfaces, light, wet),
+            (None, None) => own.iter().flat_map(|view| pilots(stage.surfaces, view, wanted.all_paths)).collect(),
+        };
+        let reached = match whole {
+            Some(_) => stage.receivers.bounds.expanded(stage.receivers.bounds.size().max_element() * 1.0e-3),
+            None => box_of(&landings),
         };
         if reached.is_empty() {
             return Ok(None);
         }
         let map_light = stage.water.as_ref().map_or(*light, |wet| wet.apparent(light));
         // Light that lands all around a lamp is held by a map of parallel rays.
-        let towards = Light::Directional { aim: Aim::Along(reached.center() - photons.view.position_ws.truncate()), irradiance: Vec3::ONE };
-        let map = FittedView::new(&map_light, reached).or_else(|| FittedView::new(&towards, reached));
+        let towards = Light::Directional { aim: Aim::Along(reached.center() - first.view.position_ws.truncate()), irradiance: Vec3::ONE };
+        let map = FittedView::new(&map_light, reached)
+            .or_else(|| FittedView::of_points(&map_light, &around(&landings, reached), Aabb::EMPTY))
+            .or_else(|| FittedView::new(&towards, reached));
         let map = map.ok_or(SplattingError::NoView { light: number, of: "what its caustics reach" })?;
         let texels = |view: &FittedView, side| TexelView::new(view, view.square_texels(side));
-        let deepest = emitters.iter().fold(f32::NEG_INFINITY, |deepest, &p| deepest.max(p.dot(photons.axis_ws)));
-        let (photons, map) = (texels(&photons, wanted.photons), texels(&map, wanted.map_size));
-        Ok(Some(Self { photons, map, reached, deepest, whole: whole.is_some() }))
+        let side = if own.len() == 1 { wanted.photons } else { (wanted.photons / 2).max(1) };
+        let photon_view = |view: &FittedView| PhotonView {
+            texels: texels(view, side),
+            deepest: emitters.iter().fold(f32::NEG_INFINITY, |deepest, &p| deepest.max(p.dot(view.axis_ws))),
+        };
+        let photons = own.iter().map(photon_view).collect();
+        Ok(Some(Self { photons, map: texels(&map, wanted.map_size), reached, whole: whole.is_some() }))
     }
+}
+
+/// Views around a lamp at the water's surface, which no single view holds; none for other lights.
+fn sides(light: &Light, emitters: &[Vec3], stage: &Stage<'_>) -> Vec<FittedView> {
+    match (*light, &stage.water) {
+        (Light::Point { position, .. } | Light::Spot { position, .. }, Some(wet)) => {
+            FittedView::sides_around(position, emitters, if wet.in_water { Vec3::Y } else { Vec3::NEG_Y })
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Where light lands inside of a box, and a little around.
+fn around(landings: &[Pilot], reached: Aabb) -> Vec<Vec3> {
+    let margin = reached.size().max_element() * (0.5 * WIDENING);
+    let beside = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z].map(|side| side * margin);
+    landings.iter().filter(|(p, _)| reached.contains(*p)).flat_map(|(p, _)| beside.map(|side| *p + side)).collect()
 }
 
 /// Light that lands at a place, W.
@@ -206,7 +242,7 @@ fn interpolated(field: &HeightField, column: f32, row: f32) -> (Vec3, Vec3) {
 }
 
 /// The box around all pilots but the last [`TAIL`] of the light on each side, widened.
-fn box_of(pilots: Vec<Pilot>) -> Aabb {
+fn box_of(pilots: &[Pilot]) -> Aabb {
     let total: f64 = pilots.iter().map(|(_, light)| light).sum();
     if total.is_nan() || total <= 0.0 {
         return Aabb::EMPTY;

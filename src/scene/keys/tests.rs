@@ -58,7 +58,7 @@ const SAMPLES: &[(&str, &str, &str, Option<&str>)] = &[
     ("paint.radiometry", "paper", "metric", None),
     ("paint.brush", "roller", "broom", None),
     ("paint.grid", "64x32", "64", Some("64x1")),
-    ("paint.depth_below_floor_m", "0.5", "deep", Some("-1")),
+    ("paint.depth_below_floor", "0.5", "deep", Some("-1")),
     ("paint.coats", "3", "1.5", Some("10")),
     ("paint.drops", "2x8", "4", Some("0x4")),
     ("paint.dries", "false", "maybe", None),

@@ -39,10 +39,10 @@ macro_rules! shared_row {
             grid: Option<(u32, u32)> = None, in 2..=MAX_GRID, unit "vertices"
         } {} {, coarse Some((33, 33))} $($rest)+);
     };
-    (depth_below_floor_m $($rest:tt)+) => {
+    (depth_below_floor $($rest:tt)+) => {
         $crate::shared_row!(@row {
-            /// How far light is followed below the lowest receiver; above 0, so that the floor is lit.
-            depth_below_floor_m: f32 = 0.05, in 0.0..=MAX_LENGTH_M, unit "m"
+            /// How far light is followed behind the farthest receiver, as a share of the way from the surface to it; above 0, so that it is lit.
+            depth_below_floor: f32 = 0.04, in 0.0..=1.0e3, unit "of the depth"
         } {} {} $($rest)+);
     };
     (eye_refraction $($rest:tt)+) => {

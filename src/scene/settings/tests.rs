@@ -21,7 +21,7 @@ crate::settings! {
         /// on two lines.
         brush: Brush = Brush::FlatBrush, paper Brush::Roller, note "decision P1";
         shared grid, said "64x64";
-        shared depth_below_floor_m, paper 0.5, note "deep";
+        shared depth_below_floor, paper 0.5, note "deep";
         /// Coats of paint.
         coats: u32 = 2, in 1..=9, unit "layers", said "many";
         /// Drops along x and z.
@@ -46,14 +46,14 @@ fn rows_give_defaults_the_papers_values_and_coarse_ones() {
         radiometry: Radiometry::Physical,
         brush: Brush::FlatBrush,
         grid: None,
-        depth_below_floor_m: 0.05,
+        depth_below_floor: 0.04,
         coats: 2,
         drops: (4, 2),
         dries: true,
         samples: 1,
     };
     assert_eq!((Paint::default(), Paint::DEFAULTS), (defaults, &defaults));
-    let paper = Paint { radiometry: Radiometry::Paper, brush: Brush::Roller, depth_below_floor_m: 0.5, dries: false, ..defaults };
+    let paper = Paint { radiometry: Radiometry::Paper, brush: Brush::Roller, depth_below_floor: 0.5, dries: false, ..defaults };
     assert_eq!(Paint::PAPER, paper);
     assert!(*defaults.paper() == *paper.boxed() && *defaults.paper() != *defaults.boxed());
     let mut coarse = Paint { samples: 4, ..defaults };
@@ -67,15 +67,15 @@ fn rows_tell_what_they_are() {
     let row = |name: &str| rows.iter().find(|row| row.name == name).unwrap();
     assert_eq!(
         rows.iter().map(|row| row.name).collect::<Vec<_>>().join(" "),
-        "radiometry brush grid depth_below_floor_m coats drops dries samples"
+        "radiometry brush grid depth_below_floor coats drops dries samples"
     );
     let brush = row("brush");
     assert_eq!((brush.key, brush.doc(), brush.note), ("paint.brush", "What paints, on two lines.", "decision P1"));
-    assert_eq!((row("coats").unit, row("coats").said, row("grid").said, row("depth_below_floor_m").unit), ("layers", "many", "64x64", "m"));
+    assert_eq!((row("coats").unit, row("coats").said, row("grid").said, row("depth_below_floor").unit), ("layers", "many", "64x64", "of the depth"));
     let allowed = |name: &str| (row(name).field)(Paint::DEFAULTS).unwrap().allowed((row(name).limits)()).to_string();
     assert_eq!(allowed("brush"), "one of flat_brush, roller");
     assert_eq!(allowed("grid"), "none, or COLUMNSxROWS with each from 2 to 4096");
-    assert_eq!(allowed("depth_below_floor_m"), "a number from 0 to 1e6");
+    assert_eq!(allowed("depth_below_floor"), "a number from 0 to 1e3");
     assert_eq!(allowed("coats"), "a whole number from 1 to 9");
     assert_eq!(allowed("drops"), "COLUMNSxROWS, each from 1 to 64");
     assert_eq!(allowed("dries"), "true or false");
@@ -87,11 +87,11 @@ fn defaults() -> &'static dyn Settings {
 
 #[test]
 fn files_are_read_by_the_table() {
-    let scene = parse("(paint: (brush: Roller, grid: (64, 32), depth_below_floor_m: 1, coats: 9, drops: (1, 2), dries: false))").unwrap();
+    let scene = parse("(paint: (brush: Roller, grid: (64, 32), depth_below_floor: 1, coats: 9, drops: (1, 2), dries: false))").unwrap();
     let expected = Paint {
         brush: Brush::Roller,
         grid: Some((64, 32)),
-        depth_below_floor_m: 1.0,
+        depth_below_floor: 1.0,
         coats: 9,
         drops: (1, 2),
         dries: false,
@@ -113,7 +113,7 @@ fn errors_in_files_name_the_place_the_value_and_the_values_allowed() {
         (
             "(paint: (coat: 1))",
             9,
-            "found unknown field `techniques.paint.coat` (did you mean `coats`?), expected one of: radiometry, brush, grid, depth_below_floor_m, \
+            "found unknown field `techniques.paint.coat` (did you mean `coats`?), expected one of: radiometry, brush, grid, depth_below_floor, \
              coats, drops, dries, samples",
         ),
         ("(paint: (coats: 1, coats: 2))", 19, "techniques.paint.coats: found a second `coats`, expected each field once"),
@@ -121,7 +121,7 @@ fn errors_in_files_name_the_place_the_value_and_the_values_allowed() {
         ("(paint: (coats: 10))", 16, "techniques.paint.coats: found 10, expected a whole number from 1 to 9"),
         ("(paint: (drops: (1, 0)))", 20, "techniques.paint.drops[1]: found 0, expected a whole number from 1 to 64"),
         ("(paint: (drops: (1)))", 16, "techniques.paint.drops: found `(1)`, expected a tuple of size 2"),
-        ("(paint: (depth_below_floor_m: -1))", 30, "techniques.paint.depth_below_floor_m: found -1, expected a number from 0 to 1000000 m"),
+        ("(paint: (depth_below_floor: -1))", 30, "techniques.paint.depth_below_floor: found -1, expected a number from 0 to 1000 of the depth"),
         (
             "(paint: (brush: Roler))",
             16,

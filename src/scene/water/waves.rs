@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::GRAVITY_M_PER_S2;
@@ -90,10 +91,15 @@ impl PlaneWave {
     }
 
     pub(super) fn term(&self, time_s: f64) -> Term {
-        let k = self.wave_number_per_m();
-        let (sine, cosine) = sin_cos_deg(self.direction_deg);
+        let k = self.wave_vector_per_m();
         let phase = f64::from(self.phase_rad) - self.angular_frequency() * time_s;
-        Term::Wave { amplitude_m: f64::from(self.amplitude_m), k_x: k * cosine, k_z: k * sine, phase }
+        Term::Wave { amplitude_m: f64::from(self.amplitude_m), k_x: k.x, k_z: k.y, phase }
+    }
+
+    /// Wave vector along x and z, rad/m.
+    pub(in super::super) fn wave_vector_per_m(&self) -> DVec2 {
+        let (sine, cosine) = sin_cos_deg(self.direction_deg);
+        DVec2::new(cosine, sine) * self.wave_number_per_m()
     }
 
     pub(super) fn validate(&self, field: &str) -> Result<(), WaterError> {

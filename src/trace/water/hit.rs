@@ -84,7 +84,7 @@ fn steep_root<L: Lanes, H: Heights>(surface: &WaterSurface, heights: &H, rays: R
     let high = Lanes::max(Lanes::max(a, b), zero);
     let mut t = Lanes::min(Lanes::max(-y * inverse, low), high);
     // Accuracy of the rays' heights over the surface, from that of the coordinates.
-    let exact = (y.abs() + o.x.abs() + o.z.abs() + surface.rise) * 2.0e-7 + 1.0e-7;
+    let exact = (y.abs() + o.x.abs() + o.z.abs() + surface.rise) * 2.0e-7 + surface.size * 1.0e-8;
     let mut settled = zero.lt(zero);
     for _ in 0..NEWTON_STEPS {
         let (h, slope_x, slope_z) = heights.rise_and_slope(o.x + d.x * t, o.z + d.z * t);
@@ -153,7 +153,7 @@ fn march<H: Heights>(surface: &WaterSurface, heights: &H, o: [f32; 3], d: [f32; 
         (y + d[1] * t - h) * side
     };
     let fastest = d[1].abs() + surface.slope * (d[0] * d[0] + d[2] * d[2]).sqrt();
-    let least = TINY * (1.0 + (surface.max - surface.min).max_element());
+    let least = TINY * surface.size;
     let mut t = from;
     let mut f = over(t);
     if f < 0.0 {

@@ -31,6 +31,8 @@ pub(super) struct WaterSurface {
     pub min: Vec2,
     /// Corner of the rectangle with the largest x and z, m.
     pub max: Vec2,
+    /// The longer side of the rectangle, m.
+    pub size: f32,
     /// Bound on the magnitude of height above the mean level, m.
     pub rise: f32,
     /// Bound on the magnitude of the slope.
@@ -107,7 +109,7 @@ impl WaterSurface {
         };
         // Bounds with a margin for rounding.
         let rise = (rise * 1.000_01 + 1.0e-6 * reach) as f32;
-        Some(Self { level: water.level_m, min, max, rise, slope: (slope * 1.000_01) as f32, shape })
+        Some(Self { level: water.level_m, min, max, size: (max - min).max_element(), rise, slope: (slope * 1.000_01) as f32, shape })
     }
 
     /// World y of the surface at world (x, z), and its unit normal. The point may lie outside of the rectangle.
