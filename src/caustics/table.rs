@@ -43,6 +43,12 @@ impl Techniques {
         found.ok_or_else(|| RenderError::UnknownTechnique { seen: name.to_owned(), known: known() })
     }
 
+    /// The technique that draws most of what a scene contains; of several, the first in the table. `None` for an empty table.
+    #[must_use]
+    pub fn for_scene(self, scene: &Scene) -> Option<&'static dyn Technique> {
+        self.0.iter().copied().min_by_key(|technique| technique.lacks(scene).len())
+    }
+
     /// The settings tables that a scene file for these techniques may use.
     #[must_use]
     pub fn known_settings(self) -> Vec<&'static dyn Settings> {

@@ -25,6 +25,12 @@ pub fn text(text: &str) -> io::Result<()> {
     out.flush()
 }
 
+/// Prints a line to the standard error: what a reader of the results should know.
+pub fn note(text: &str) {
+    // Without a standard error there is nobody to tell.
+    let _ = writeln!(io::stderr().lock(), "nephroid: {text}");
+}
+
 /// Formats rows as columns: every column except the last is padded to its longest cell, with two blanks between columns and no trailing blanks.
 pub fn columns<const N: usize>(rows: &[[&str; N]]) -> String {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);

@@ -26,7 +26,7 @@ pub struct LowArgs {
     /// The scene file (RON)
     scene: PathBuf,
 
-    /// How caustics are computed; `nephroid list techniques` shows the names [default: the first of them]
+    /// How caustics are computed; `nephroid list techniques` shows the names [default: the one that draws most of the scene]
     #[arg(long, value_name = "NAME")]
     technique: Option<String>,
 
@@ -180,6 +180,8 @@ impl HiArgs {
 struct Report<'a> {
     scene: String,
     technique: &'static str,
+    /// What the scene contains and the technique does not draw.
+    not_drawn: &'a [&'static str],
     files: Vec<String>,
     layers: Vec<LayerReport<'a>>,
     threads: usize,
@@ -223,8 +225,9 @@ pub fn run(args: &HiArgs) -> anyhow::Result<()> {
     drop(progress);
 
     let seconds = start.elapsed().as_secs_f64();
+    renderer::warn(&args.request.scene, rendering.technique, &prepared.not_drawn);
     if args.json {
-        output::json(&report(args, &rendering, pool.current_num_threads(), seconds))?;
+        output::json(&report(args, &rendering, &prepared.not_drawn, pool.current_num_threads(), seconds))?;
     } else {
         output::text(&summary(args, &rendering, seconds))?;
     }
@@ -265,10 +268,17 @@ fn encode(rendering: &Rendering, output: &Output) -> anyhow::Result<Vec<u8>> {
 }
 
 /// The results for `--json`.
-fn report<'a>(args: &HiArgs, rendering: &'a Rendering, threads: usize, seconds: f64) -> Report<'a> {
+fn report<'a>(
+    args: &HiArgs,
+    rendering: &'a Rendering,
+    not_drawn: &'a [&'static str],
+    threads: usize,
+    seconds: f64,
+) -> Report<'a> {
     Report {
         scene: args.request.scene.display().to_string(),
         technique: rendering.technique,
+        not_drawn,
         files: args.outputs.iter().map(|output| output.path.display().to_string()).collect(),
         layers: layer_reports(&rendering.layers),
         threads,

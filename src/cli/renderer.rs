@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use serde::Serialize;
 
-use crate::caustics::{RenderOptions, Renderer, Technique, Techniques};
+use crate::caustics::{Feature, RenderOptions, Renderer, Technique, Techniques};
 use crate::cli::args::{ImageSize, SettingArgument};
-use crate::cli::drivers;
+use crate::cli::{drivers, output};
 use crate::cli::render::RadiometryArgument;
 use crate::image::{LayerSet, ToneMap};
 use crate::scene::{Scene, Setting};
@@ -20,7 +20,7 @@ pub struct Request {
     pub scene: PathBuf,
     /// All known techniques.
     pub techniques: Techniques,
-    /// Name of the technique, one of [`Self::techniques`]; `None` for the first.
+    /// Name of the technique, one of [`Self::techniques`]; `None` for the one that draws most of the scene.
     pub technique: Option<String>,
     /// Overrides the scene's radiometry.
     pub radiometry: Option<RadiometryArgument>,
@@ -101,21 +101,38 @@ pub fn setting_lines(techniques: Techniques) -> Vec<SettingLine> {
 pub struct PreparedScene {
     technique: &'static str,
     scene: Scene,
+    /// What the technique does not draw, in words.
+    pub not_drawn: Vec<&'static str>,
 }
 
-/// Finds the technique, loads the scene and applies the overrides: flags first, then `--set` in the given order, so that the last one wins.
+/// Finds the technique, loads the scene and applies the overrides: flags first, then `--set` in the given order, so that the last one wins. Without a
+/// name the technique is the one that draws most of the scene.
 ///
 /// # Errors
 /// If the technique is unknown, the scene cannot be loaded, or an override is not allowed.
 pub fn prepare(request: &Request) -> anyhow::Result<PreparedScene> {
-    let technique = match &request.technique {
-        Some(name) => request.techniques.find(name)?.name(),
-        None => request.techniques.first().context("no technique is built in")?.name(),
-    };
-    let radiometry = request.radiometry.map(|radiometry| (technique, radiometry));
-    let scene = load(request.techniques, &request.scene, radiometry, request.size, request.time_s, &request.settings)?;
-    Ok(PreparedScene { technique, scene })
+    let asked = request.technique.as_ref().map(|name| request.techniques.find(name)).transpose()?;
+    let mut scene = load(request.techniques, &request.scene, request.size, request.time_s, &request.settings)?;
+    let technique = asked.or_else(|| request.techniques.for_scene(&scene)).context("no technique is built in")?;
+    let key = format!("{}.radiometry", technique.name());
+    if let Some(radiometry) = request.radiometry.filter(|_| request.settings.iter().all(|setting| setting.key != key)) {
+        scene.set(&key, radiometry.name()).context("cannot apply --radiometry")?;
+    }
+    Ok(PreparedScene { technique: technique.name(), not_drawn: not_drawn(technique, &scene), scene })
 }
+
+/// What a scene contains and a technique does not draw, in words.
+pub fn not_drawn(technique: &'static dyn Technique, scene: &Scene) -> Vec<&'static str> {
+    technique.lacks(scene).into_iter().map(Feature::words).collect()
+}
+
+/// Says on the standard error what a picture lacks; nothing if it lacks nothing.
+pub fn warn(scene: &Path, technique: &str, not_drawn: &[&str]) {
+    if !not_drawn.is_empty() {
+        output::note(&format!("{}: {technique} does not draw {}", scene.display(), not_drawn.join(", ")));
+    }
+}
+
 
 /// Loads a scene and applies overrides in the order of the arguments. A scene far from the origin is moved there ([`Scene::recentred`]).
 ///
@@ -124,15 +141,11 @@ pub fn prepare(request: &Request) -> anyhow::Result<PreparedScene> {
 pub fn load(
     techniques: Techniques,
     path: &Path,
-    radiometry: Option<(&str, RadiometryArgument)>,
     size: Option<ImageSize>,
     time_s: Option<f32>,
     settings: &[SettingArgument],
 ) -> anyhow::Result<Scene> {
     let mut scene = techniques.load(path)?;
-    if let Some((technique, radiometry)) = radiometry {
-        scene.set(&format!("{technique}.radiometry"), radiometry.name()).context("cannot apply --radiometry")?;
-    }
     if let Some(ImageSize { width, height }) = size {
         scene.set("image.width", &width.to_string()).context("cannot apply --size")?;
         scene.set("image.height", &height.to_string()).context("cannot apply --size")?;
@@ -151,7 +164,7 @@ pub fn load(
 /// # Errors
 /// If the frame cannot be built or run, or a layer is unknown.
 pub fn render(request: &Request, prepared: &PreparedScene, driver: Option<Option<&str>>) -> anyhow::Result<Rendering> {
-    let PreparedScene { technique, scene } = prepared;
+    let PreparedScene { technique, scene, .. } = prepared;
     let mut options = RenderOptions {
         technique: (*technique).to_owned(),
         techniques: request.techniques,

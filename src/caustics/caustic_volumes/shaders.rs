@@ -62,7 +62,7 @@ pub fn program(radiometry: Radiometry) -> Arc<Program> {
             max_vertices: 3 * MAX_FACES,
             input_varyings: Vec::new(),
         }),
-        varyings: vec![flat("beam", 1), flat("visibility", 3)],
+        varyings: vec![flat("beam", 2), flat("visibility", 3)],
         bindings: BINDINGS.to_vec(),
         may_discard: true,
         wgsl: Some(concat!(include_str!("../../math/optics.wgsl"), include_str!("../beams/geometry.wgsl"), include_str!("shaders.wgsl"))),
@@ -73,6 +73,9 @@ pub fn program(radiometry: Radiometry) -> Arc<Program> {
         }
     })
 }
+
+/// A beam's number travels as a page and a place on it.
+const BEAMS_PER_PAGE: u32 = 4096;
 
 /// Passes one point per beam. The geometry stage finds the beam by the primitive's number.
 struct BeamVertex;
@@ -94,17 +97,19 @@ impl GeometryShader for HullGeometry {
         let beams: &[Beam] = bindings.storage(3);
         let Some(beam) = beams.get(input.primitive_id as usize) else { return };
         let side = volume.sigma_t.w;
-        let mut varyings = [input.primitive_id as f32, 1.0, 1.0, 1.0];
+        // A number of more than 24 bits is not exact in one varying.
+        let number = input.primitive_id;
+        let mut varyings = [(number / BEAMS_PER_PAGE) as f32, (number % BEAMS_PER_PAGE) as f32, 1.0, 1.0, 1.0];
         if volume.shape.z > 0.0 {
             // Shadows of objects above the water, sampled once per vertex of the mesh.
             let light: &LightUniform = bindings.uniform(2);
-            for (lit, g) in varyings[1..].iter_mut().zip(&beam.g) {
+            for (lit, g) in varyings[2..].iter_mut().zip(&beam.g) {
                 let (uv, depth, inside) = light.on_straight_map(v3(g.x, g.y * side, g.z));
                 if inside {
                     *lit = sample_compare(bindings.texture(7), &bindings.sampler(8), uv, 0, depth);
                 }
             }
-            if varyings[1..] == [0.0; 3] {
+            if varyings[2..] == [0.0; 3] {
                 return;
             }
         }
@@ -162,7 +167,8 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let volume: &VolumeUniform = bindings.uniform(1);
         let flat = input.flat_varyings();
-        let beam = &bindings.storage::<Beam>(3)[flat[0] as usize];
+        let number = flat[0] as usize * BEAMS_PER_PAGE as usize + flat[1] as usize;
+        let beam = &bindings.storage::<Beam>(3)[number];
         let position = bindings.texture(4);
         let side = volume.sigma_t.w;
         let p: V3<L> = input.texel3_here(position);
@@ -207,7 +213,7 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         // F_P = A_gen/A_P times I₀ is flux over area [SF05 §3.4], attenuated per wavelength over the distance in water.
         let area = beam.lit_area(double_area.abs() * 0.5);
         let visible = input.texel_here(bindings.texture(6), 0);
-        let lit = b[0] * flat[1] + b[1] * flat[2] + b[2] * flat[3];
+        let lit = b[0] * flat[2] + b[1] * flat[3] + b[2] * flat[4];
         let mut scale = visible * Lanes::clamp(lit, 0.0, 1.0) / area;
         let ray = beam.ray(b);
         if !PAPER {

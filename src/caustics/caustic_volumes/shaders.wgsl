@@ -4,6 +4,8 @@
 
 override paper: bool = false;
 
+const BEAMS_PER_PAGE: u32 = 4096u;
+
 struct VolumeUniform {
     shape: vec4<f32>,
     sigma_t: vec4<f32>,
@@ -17,7 +19,7 @@ struct VolumeUniform {
 
 struct Varyings {
     @builtin(position) position: vec4<f32>,
-    @location(0) @interpolate(flat) beam: f32,
+    @location(0) @interpolate(flat) beam: vec2<f32>,
     @location(1) @interpolate(flat) visibility: vec3<f32>,
 }
 
@@ -34,7 +36,7 @@ fn fs(in: Varyings) -> Targets {
     // Beams of a light in the water are upside down.
     let turned = vec3<f32>(1.0, volume.sigma_t.w, 1.0);
     let p = here.xyz * turned;
-    var beam = beams[u32(in.beam)];
+    var beam = beams[u32(in.beam.x) * BEAMS_PER_PAGE + u32(in.beam.y)];
 
     // Intersect the three rays with the plane y = P.y; the result is a triangle in x and z.
     var depth = vec3<f32>();

@@ -50,7 +50,7 @@ pub struct Request {
 /// # Errors
 /// If the scene cannot be loaded, traced or rendered, or a figure cannot be written.
 pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Results> {
-    let scene = renderer::load(request.known, &request.scene, None, request.size, request.time_s, &request.settings)?;
+    let scene = renderer::load(request.known, &request.scene, request.size, request.time_s, &request.settings)?;
     if picture.is_none() {
         files::make_default_folder()?;
     }
@@ -80,6 +80,7 @@ pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Resu
         let column = judge_technique(technique, &scene, &rendered, &truths[index], &seen, &path)?;
         results.files.push(path.display().to_string());
         results.columns.push(column);
+        renderer::warn(&request.scene, technique, &renderer::not_drawn(request.known.find(technique)?, &scene));
     }
     drop(progress);
     if let Some(truth) = truths.first() {
