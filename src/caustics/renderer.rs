@@ -3,7 +3,7 @@
 use nephroid_image::LayerSet;
 use nephroid_pipeline::frame::{CpuExecutor, Executor, FrameObserver};
 use nephroid_pipeline::{Device, DeviceOptions, PassOutput};
-use nephroid_scene::Scene;
+use nephroid_scene::{Object, Scene};
 
 use super::technique::{Builder, Technique};
 use super::{RenderError, TECHNIQUES, TechniqueFrame, Techniques, layers, tally};
@@ -49,12 +49,14 @@ pub struct Rendered {
 }
 
 /// Renders frames of one scene with one technique. Data that frames share is kept. A scene far from the origin is drawn at the origin
-/// ([`Scene::recentred`]); the layer `position` is where the scene is.
+/// ([`Scene::settled`]); the layer `position` is where the scene is.
 pub struct Renderer {
     technique: &'static dyn Technique,
     executor: Box<dyn Executor>,
     builder: Box<dyn Builder>,
     layers: Option<Vec<String>>,
+    /// The objects that the builder was prepared for.
+    objects: Vec<Object>,
 }
 
 impl Renderer {
@@ -76,9 +78,9 @@ impl Renderer {
     /// If the technique is unknown, a mesh cannot be loaded, or the technique refuses the scene.
     pub fn with_executor(scene: &Scene, options: &RenderOptions, executor: Box<dyn Executor>) -> Result<Self, RenderError> {
         let technique = options.techniques.find(&options.technique)?;
-        let moved = scene.recentred();
-        let builder = executor.device().install(|| technique.prepare(moved.as_ref().unwrap_or(scene)))?;
-        Ok(Self { technique, executor, builder, layers: options.layers.clone() })
+        let scene = scene.settled()?;
+        let builder = executor.device().install(|| technique.prepare(&scene))?;
+        Ok(Self { technique, executor, builder, layers: options.layers.clone(), objects: scene.objects.clone() })
     }
 
     /// Sets the clock (seconds) that times frame building, see [`TechniqueFrame::seconds`].
@@ -95,12 +97,18 @@ impl Renderer {
     }
 
     fn built(&mut self, scene: &Scene, layers: &[&str]) -> Result<TechniqueFrame, RenderError> {
+        let scene = &*scene.settled()?;
+        if self.objects != scene.objects {
+            let technique = self.technique;
+            self.builder = self.executor.device().install(|| technique.prepare(scene))?;
+            self.objects.clone_from(&scene.objects);
+        }
         let (builder, device) = (&mut self.builder, self.executor.device());
-        let moved = scene.recentred();
-        device.install(|| builder.frame(moved.as_ref().unwrap_or(scene), device, layers))
+        device.install(|| builder.frame(scene, device, layers))
     }
 
-    /// Builds the frame of a scene without running it. The scene may differ from the loaded one in time, lights, camera and medium.
+    /// Builds the frame of a scene without running it. The scene may differ from the loaded one in time, lights, camera, medium,
+    /// and places of objects, for which all meshes are loaded again.
     ///
     /// # Errors
     /// If the technique cannot build the frame.
@@ -120,9 +128,7 @@ impl Renderer {
         let output = self.executor.run(&built.frame, observer)?;
         let names = self.layers.as_deref();
         let mut layers = output.device.install(|| layers::extract(&built, &output, names))?;
-        if let Some(moved) = scene.recentred() {
-            layers.move_positions((moved.origin - scene.origin).to_array());
-        }
+        layers.move_positions((scene.settled()?.origin - scene.origin).to_array());
         let (tallied, audited) = tally::count(&built.tallies, &output);
         let mut counters = built.counters;
         counters.extend(tallied);

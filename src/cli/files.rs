@@ -27,6 +27,18 @@ pub struct Output {
     pub format: Format,
 }
 
+impl Output {
+    /// The file of one of `count` frames, with its number before the ending; of a single frame the file itself.
+    pub fn of_frame(&self, number: u32, count: u32) -> Self {
+        if count == 1 {
+            return self.clone();
+        }
+        let digits = (count - 1).to_string().len().max(4);
+        let ending = self.path.extension().unwrap_or_default().to_string_lossy().into_owned();
+        Self { path: self.path.with_extension(format!("{number:0digits$}.{ending}")), format: self.format }
+    }
+}
+
 /// `out/STEM.png` and `out/STEM.exr`, where STEM is the scene's name followed by `suffix`.
 ///
 /// # Errors

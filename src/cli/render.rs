@@ -12,7 +12,7 @@ use crate::caustics::Techniques;
 use crate::cli::args::{self, ImageSize, SettingArgument};
 use crate::cli::files::{self, Format, Output};
 use crate::cli::progress::Progress;
-use crate::cli::renderer::{self, Rendering, Request};
+use crate::cli::renderer::{self, Frames, Rendering, Request};
 use crate::cli::{interrupt, output};
 use crate::image::{LayerSet, STANDARD_LAYERS, file, openexr, png};
 
@@ -45,6 +45,14 @@ pub struct LowArgs {
     /// The moment shown, in seconds since the water was started [default: the scene's]
     #[arg(long, value_name = "SECONDS", value_parser = args::seconds, allow_hyphen_values = true)]
     time: Option<f32>,
+
+    /// Number of frames to render, one after the other; files are numbered, as in out/pool.0007.png
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: u32,
+
+    /// With --frames: seconds from one frame to the next [default: a twenty-fourth]
+    #[arg(long, value_name = "SECONDS", value_parser = args::seconds)]
+    frame_s: Option<f32>,
 
     /// Layers to render, separated by commas [default: all]
     #[arg(long, value_name = "NAME,..", value_delimiter = ',', value_parser = args::layer_name)]
@@ -119,6 +127,8 @@ pub struct HiArgs {
     /// Whether the outputs are in the default folder, which is created if necessary.
     default_folder: bool,
     thread_count: usize,
+    /// Number of frames, and seconds from one to the next.
+    frames: (u32, f32),
     json: bool,
 }
 
@@ -153,6 +163,7 @@ impl HiArgs {
             low.adapter.is_none() || low.backend == Backend::Wgpu,
             "--adapter names a driver, but --backend cpu draws without one; add --backend wgpu"
         );
+        ensure!(low.frame_s.is_none() || low.frames > 1, "--frame-s is the time between frames; say how many with --frames");
         Ok(Self {
             driver: (low.backend == Backend::Wgpu).then_some(low.adapter),
             request: Request {
@@ -170,6 +181,7 @@ impl HiArgs {
             default_folder,
             // For rayon, 0 means one thread per core.
             thread_count: low.threads.map_or(0, usize::from),
+            frames: (low.frames, low.frame_s.unwrap_or(1.0 / 24.0)),
             json: low.json,
         })
     }
@@ -214,22 +226,36 @@ pub fn run(args: &HiArgs) -> anyhow::Result<()> {
     interrupt::uninterrupted(|| args.outputs.iter().try_for_each(|output| file::check_writable(&output.path)))?;
 
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.thread_count).build().context("cannot start the threads")?;
-    let progress = Progress::new(1 + args.outputs.len() as u64);
-    let rendering = pool.install(|| -> anyhow::Result<Rendering> {
-        progress.step(format!("rendering {}", args.request.scene.display()));
-        let rendering = renderer::render(&args.request, &prepared, args.driver.as_ref().map(Option::as_deref))?;
-        progress.done();
-        write_all(&rendering, &args.outputs, &progress)?;
-        Ok(rendering)
+    let (count, step_s) = args.frames;
+    let progress = Progress::new(u64::from(count) * (1 + args.outputs.len() as u64));
+    let mut reports = Vec::new();
+    let mut text = String::new();
+    pool.install(|| -> anyhow::Result<()> {
+        let mut frames = Frames::new(&args.request, &prepared, args.driver.as_ref().map(Option::as_deref))?;
+        let mut start = start;
+        for number in 0..count {
+            progress.step(format!("rendering {}", args.request.scene.display()));
+            let rendering = frames.render(number as f32 * step_s)?;
+            progress.done();
+            let outputs: Vec<Output> = args.outputs.iter().map(|output| output.of_frame(number, count)).collect();
+            write_all(&rendering, &outputs, &progress)?;
+            let seconds = start.elapsed().as_secs_f64();
+            start = Instant::now();
+            if args.json {
+                let report = report(args, &rendering, &outputs, (&prepared.not_drawn, pool.current_num_threads(), seconds));
+                reports.push(serde_json::to_value(report)?);
+            } else {
+                text.push_str(&summary(args, &rendering, &outputs, seconds));
+            }
+        }
+        Ok(())
     })?;
     drop(progress);
-
-    let seconds = start.elapsed().as_secs_f64();
-    renderer::warn(&args.request.scene, rendering.technique, &prepared.not_drawn);
-    if args.json {
-        output::json(&report(args, &rendering, &prepared.not_drawn, pool.current_num_threads(), seconds))?;
-    } else {
-        output::text(&summary(args, &rendering, seconds))?;
+    renderer::warn(&args.request.scene, prepared.technique, &prepared.not_drawn);
+    match (args.json, count) {
+        (false, _) => output::text(&text)?,
+        (true, 1) => output::json(&reports[0])?,
+        (true, _) => output::json(&reports)?,
     }
     Ok(())
 }
@@ -271,15 +297,14 @@ fn encode(rendering: &Rendering, output: &Output) -> anyhow::Result<Vec<u8>> {
 fn report<'a>(
     args: &HiArgs,
     rendering: &'a Rendering,
-    not_drawn: &'a [&'static str],
-    threads: usize,
-    seconds: f64,
+    outputs: &[Output],
+    (not_drawn, threads, seconds): (&'a [&'static str], usize, f64),
 ) -> Report<'a> {
     Report {
         scene: args.request.scene.display().to_string(),
         technique: rendering.technique,
         not_drawn,
-        files: args.outputs.iter().map(|output| output.path.display().to_string()).collect(),
+        files: outputs.iter().map(|output| output.path.display().to_string()).collect(),
         layers: layer_reports(&rendering.layers),
         threads,
         seconds,
@@ -297,12 +322,12 @@ fn layer_reports(layers: &LayerSet) -> Vec<LayerReport<'_>> {
 }
 
 /// The results as text.
-fn summary(args: &HiArgs, rendering: &Rendering, seconds: f64) -> String {
+fn summary(args: &HiArgs, rendering: &Rendering, outputs: &[Output], seconds: f64) -> String {
     let mut text = String::new();
     let size = rendering.layers.iter().next().map_or_else(String::new, |layer| format!(", {}x{}", layer.width(), layer.height()));
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{}: {}{size}, {seconds:.2} s", args.request.scene.display(), rendering.technique);
-    for output in &args.outputs {
+    for output in outputs {
         let _ = writeln!(text, "  {}", output.path.display());
     }
     let audit: Vec<_> = rendering.audit.iter().map(|(name, watts)| (name.as_str(), format!("{watts:.6} W"))).collect();

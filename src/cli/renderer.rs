@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use serde::Serialize;
 
-use crate::caustics::{Feature, RenderOptions, Renderer, Technique, Techniques};
+use crate::caustics::{Feature, RenderOptions, Rendered, Renderer, Technique, Techniques};
 use crate::cli::args::{ImageSize, SettingArgument};
-use crate::cli::{drivers, output};
 use crate::cli::render::RadiometryArgument;
+use crate::cli::{drivers, output};
 use crate::image::{LayerSet, ToneMap};
 use crate::scene::{Scene, Setting};
 
@@ -99,7 +99,8 @@ pub fn setting_lines(techniques: Techniques) -> Vec<SettingLine> {
 /// A scene with all overrides, and its technique.
 #[derive(Debug)]
 pub struct PreparedScene {
-    technique: &'static str,
+    /// Name of the technique.
+    pub technique: &'static str,
     scene: Scene,
     /// What the technique does not draw, in words.
     pub not_drawn: Vec<&'static str>,
@@ -133,8 +134,7 @@ pub fn warn(scene: &Path, technique: &str, not_drawn: &[&str]) {
     }
 }
 
-
-/// Loads a scene and applies overrides in the order of the arguments. A scene far from the origin is moved there ([`Scene::recentred`]).
+/// Loads a scene and applies overrides in the order of the arguments.
 ///
 /// # Errors
 /// If the scene cannot be loaded, or an override is not allowed.
@@ -156,30 +156,65 @@ pub fn load(
     for SettingArgument { key, value } in settings {
         scene.set(key, value).context("cannot apply --set")?;
     }
-    Ok(scene.recentred().unwrap_or(scene))
+    Ok(scene)
 }
 
-/// Renders with the threads of the current rayon pool, or on a driver if `driver` is given (by name, or the first).
+/// [`load`], and then the scene as it is computed with ([`Scene::settled`]): for verbs that take places from one computation to another.
 ///
 /// # Errors
-/// If the frame cannot be built or run, or a layer is unknown.
-pub fn render(request: &Request, prepared: &PreparedScene, driver: Option<Option<&str>>) -> anyhow::Result<Rendering> {
-    let PreparedScene { technique, scene, .. } = prepared;
-    let mut options = RenderOptions {
-        technique: (*technique).to_owned(),
-        techniques: request.techniques,
-        memory_limit_bytes: request.memory_limit_bytes,
-        layers: request.layers.clone(),
-        ..RenderOptions::default()
-    };
-    options.device.threads = Some(rayon::current_num_threads());
-    let mut renderer = match driver {
-        None => Renderer::new(scene, &options)?,
-        Some(name) => Renderer::with_executor(scene, &options, drivers::executor(name, options.device, options.memory_limit_bytes)?)?,
-    };
-    let mut rendered = renderer.render(scene, None)?;
-    rendered.layers.move_positions(scene.origin.to_array());
-    Ok(Rendering { technique, layers: rendered.layers, tone: tone_map(scene), counters: rendered.counters, audit: rendered.audit })
+/// As [`load`].
+pub fn load_settled(
+    techniques: Techniques,
+    path: &Path,
+    size: Option<ImageSize>,
+    time_s: Option<f32>,
+    settings: &[SettingArgument],
+) -> anyhow::Result<Scene> {
+    Ok(load(techniques, path, size, time_s, settings)?.settled()?.into_owned())
+}
+
+/// Renders moments of a scene, with the threads that it was made in.
+pub struct Frames<'a> {
+    prepared: &'a PreparedScene,
+    renderer: Renderer,
+}
+
+impl<'a> Frames<'a> {
+    /// With the threads of the current rayon pool, or on a driver if `driver` is given (by name, or the first).
+    ///
+    /// # Errors
+    /// If the scene cannot be prepared.
+    pub fn new(request: &Request, prepared: &'a PreparedScene, driver: Option<Option<&str>>) -> anyhow::Result<Self> {
+        let PreparedScene { technique, scene, .. } = prepared;
+        let mut options = RenderOptions {
+            technique: (*technique).to_owned(),
+            techniques: request.techniques,
+            memory_limit_bytes: request.memory_limit_bytes,
+            layers: request.layers.clone(),
+            ..RenderOptions::default()
+        };
+        options.device.threads = Some(rayon::current_num_threads());
+        let renderer = match driver {
+            None => Renderer::new(scene, &options)?,
+            Some(name) => Renderer::with_executor(scene, &options, drivers::executor(name, options.device, options.memory_limit_bytes)?)?,
+        };
+        Ok(Self { prepared, renderer })
+    }
+
+    /// Renders the moment `after_s` seconds after the scene's own.
+    ///
+    /// # Errors
+    /// If the scene has no such moment, the frame cannot be built or run, or a layer is unknown.
+    pub fn render(&mut self, after_s: f32) -> anyhow::Result<Rendering> {
+        let PreparedScene { technique, scene, .. } = self.prepared;
+        let mut scene = Cow::Borrowed(scene);
+        if after_s > 0.0 {
+            let time_s = scene.time_s + after_s;
+            scene.to_mut().set("time_s", &time_s.to_string()).context("cannot go on to the next frame")?;
+        }
+        let Rendered { layers, counters, audit, .. } = self.renderer.render(&scene, None)?;
+        Ok(Rendering { technique, layers, tone: tone_map(&scene), counters, audit })
+    }
 }
 
 /// The scene's tone map.

@@ -141,7 +141,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     interrupt::install_patient()?;
     let start = Instant::now();
     let low = &args.low;
-    let scene = renderer::load(args.techniques, &low.scene, low.size, low.time, &low.settings)?;
+    let scene = renderer::load_settled(args.techniques, &low.scene, low.size, low.time, &low.settings)?;
     if args.default_folder {
         files::make_default_folder()?;
     }

@@ -10,6 +10,7 @@ use super::check::{At, Invalid};
 use super::environment::Environment;
 use super::light::{Light, MAX_LIGHTS};
 use super::medium::Medium;
+use super::motion::{MAX_MOTIONS, Motion};
 use super::object::Object;
 use super::scene_file::SceneFile;
 use super::settings::TechniqueSettings;
@@ -61,6 +62,9 @@ pub struct Scene {
     /// What stands in the world, at most 4096 objects. Default: nothing
     #[serde(default, deserialize_with = "at_most_max_objects")]
     pub objects: Vec<Object>,
+    /// What moves, at most 64 values. Default: nothing
+    #[serde(default)]
+    pub motion: Vec<Motion>,
     /// Exposure and tone curve. Default: all its defaults
     #[serde(default)]
     pub tone: ToneSettings,
@@ -143,6 +147,11 @@ impl Scene {
                 format!("a shape that brings the scene to {triangles} triangles"),
                 &format!("at most {MAX_TRIANGLES} triangles in all procedural shapes"),
             )?;
+        }
+        let motions = at.field("motion");
+        motions.list(self.motion.len(), 0..=MAX_MOTIONS)?;
+        for (index, motion) in self.motion.iter().enumerate() {
+            motion.validate(self, &motions.index(index))?;
         }
         self.tone.validate(&at.field("tone"))?;
         self.techniques.validate(&at.field("techniques"))?;

@@ -84,6 +84,7 @@ impl Scene {
             to.place(&mut smoke.max);
         }
         self.objects.iter_mut().for_each(|object| to.place(&mut object.transform.translate));
+        self.motion.iter_mut().filter(|motion| motion.is_place()).for_each(|motion| motion.course.shift(to.0));
         if let Some(plane) = &mut self.trace.plane {
             to.place(&mut plane.corner);
         }
@@ -132,7 +133,11 @@ mod tests {
 
     #[test]
     fn scenes_near_the_origin_stay() {
-        assert!(parse("(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), water: (center_m: (100, 40), size_m: (8, 8)))").recentred().is_none());
+        assert!(
+            parse("(camera: Perspective(position: (0, 2, 5), target: (0, 0, 0)), water: (center_m: (100, 40), size_m: (8, 8)))")
+                .recentred()
+                .is_none()
+        );
         assert!(parse("(camera: Perspective(position: (30, 2, 5), target: (30, 0, 0)))").recentred().is_none());
     }
 

@@ -45,6 +45,7 @@ impl Tracer {
             time_s,
             tone: _,
             techniques: _,
+            motion: _,
             trace,
             title: _,
             source: _,

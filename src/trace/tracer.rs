@@ -94,17 +94,16 @@ impl Tracer {
     /// # Errors
     /// If a mesh cannot be made or loaded, or the scene cannot be traced, see [`TraceError`].
     pub fn new(scene: &Scene, options: &TraceOptions) -> Result<Self, TraceError> {
-        let moved = scene.recentred();
-        let Some(moved) = &moved else { return Self::at_origin(scene, options) };
+        let settled = scene.settled()?;
         let mut options = options.clone();
-        let shift = moved.origin - scene.origin;
+        let shift = settled.origin - scene.origin;
         for position in options.points.iter_mut().flat_map(|points| &mut points.positions) {
             *position = position.map(|p| (p.as_dvec3() - shift).as_vec3());
         }
-        Self::at_origin(moved, &options)
+        Self::of_settled(&settled, &options)
     }
 
-    fn at_origin(scene: &Scene, options: &TraceOptions) -> Result<Self, TraceError> {
+    fn of_settled(scene: &Scene, options: &TraceOptions) -> Result<Self, TraceError> {
         let water = WaterSurface::new(scene);
         let world = World::new(scene, water.as_ref().map(|water| water.level - water.rise), options.level)?;
         let mut targets: Vec<[Vec3; 3]> = world.specular_triangles().collect();
@@ -160,7 +159,7 @@ impl Tracer {
         })
     }
 
-    /// The traced scene, at the origin if it was far away ([`Scene::recentred`]).
+    /// The traced scene, as it is computed with ([`Scene::settled`]).
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -364,11 +363,17 @@ fn on_diffuse_surfaces(points: &Points, world: &World) -> Points {
 /// # Errors
 /// If a mesh cannot be made or loaded, or the scene cannot be traced.
 pub fn camera_points(scene: &Scene) -> Result<Vec<Option<Vec3>>, TraceError> {
+    let settled = scene.settled()?;
+    let shift = settled.origin - scene.origin;
+    let scene = &*settled;
     let water = WaterSurface::new(scene);
     let world = World::new(scene, None, Level::new())?;
     let eye = Eye::new(scene, &world, water.as_ref());
     let (columns, rows) = (scene.image.width, scene.image.height);
-    let look = |pixel: u32| eye.look(f64::from(pixel % columns) + 0.5, f64::from(pixel / columns) + 0.5, |_| {}).map(|seen| seen.position);
+    let look = |pixel: u32| {
+        eye.look(f64::from(pixel % columns) + 0.5, f64::from(pixel / columns) + 0.5, |_| {})
+            .map(|seen| (seen.position.as_dvec3() + shift).as_vec3())
+    };
     Ok((0..columns * rows).into_par_iter().with_min_len(256).map(look).collect())
 }
 

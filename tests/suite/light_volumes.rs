@@ -308,7 +308,10 @@ fn stencil_of(beams: &[Beam], executor: &mut CpuExecutor) -> Vec<Vec<bool>> {
     let map = frame.texture(TextureDescriptor::d2("unused map", 1, 1, TextureFormat::Depth32Float));
     let entries = vec![
         BindEntry::Uniform(buffer(&mut frame, "camera", Buffer::from_value(&camera)), 0),
-        BindEntry::Uniform(buffer(&mut frame, "beams", Buffer::from_value(&BeamsUniform { sigma_t: Vec4::ZERO, planes: Vec4::ZERO, space: Vec4::X })), 0),
+        BindEntry::Uniform(
+            buffer(&mut frame, "beams", Buffer::from_value(&BeamsUniform { sigma_t: Vec4::ZERO, planes: Vec4::ZERO, space: Vec4::X })),
+            0,
+        ),
         BindEntry::Uniform(buffer(&mut frame, "light", Buffer::from_value(&<LightUniform as bytemuck::Zeroable>::zeroed())), 0),
         BindEntry::Storage(frame.buffer("slices", slices.vertices.clone())),
         BindEntry::DynamicUniform(buffer(&mut frame, "slots", Buffer::from_slice(&slots))),

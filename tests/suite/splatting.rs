@@ -370,7 +370,7 @@ fn exact_photons_account_for_their_light_in_bodies_within_bodies() {
     for rendered in [&one, &two, &three] {
         let ends = ["landed", "beyond_the_map", "missed", "dropped"].map(|end| audit(rendered, &format!("photons_{end}")));
         let (sum, arrived) = (ends.iter().sum::<f64>(), audit(rendered, "photons_arrived"));
-        assert!((sum / arrived - 1.0).abs() < 1.0e-5 && ends[3] < 2.0e-3 * arrived, "{ends:?} of {arrived}");
+        assert!((sum / arrived - 1.0).abs() < 1.0e-5 && ends[3] < 3.0e-3 * arrived, "{ends:?} of {arrived}");
     }
     let red = |rendered: &Rendered| rendered.layers.get("caustic_irradiance").expect("asked for").planes()[0].pixels().to_vec();
     let [one, two, three] = [one, two, three].map(|rendered| red(&rendered));

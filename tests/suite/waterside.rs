@@ -130,7 +130,10 @@ fn a_lamp_in_the_water_casts_shadows_all_around() {
         .concat();
     let edits: Edits<'_> = &[
         ("))])", &format!(")){posts}])")),
-        ("Perspective(position: (0, -0.3, 1.2), target: (0, -1, 0), fov_deg: 60)", "Orthographic(position: (0, 3, 0), target: (0, 0, 0), up: (0, 0, -1), height_m: 3)"),
+        (
+            "Perspective(position: (0, -0.3, 1.2), target: (0, -1, 0), fov_deg: 60)",
+            "Orthographic(position: (0, 3, 0), target: (0, 0, 0), up: (0, 0, -1), height_m: 3)",
+        ),
     ];
     let scene = edited("lamp_under_water.ron", edits);
     for technique in TECHNIQUES.names() {
@@ -175,7 +178,11 @@ fn what_a_trough_leaves_dry_is_lit_as_dry_things_are() {
                 // Around the line between wet and dry a pixel has both.
                 if above > 0.002 {
                     let expected = f64::from(-scene.lights[0].incident(p).direction_ws.dot(n)).max(0.0);
-                    assert!((seen.direct[k] - expected).abs() < 1e-4, "{technique} {edits:?}: {} in place of {expected} at {p}", seen.direct[k]);
+                    assert!(
+                        (seen.direct[k] - expected).abs() < 1e-4,
+                        "{technique} {edits:?}: {} in place of {expected} at {p}",
+                        seen.direct[k]
+                    );
                     assert_eq!(seen.caustic[k], 0.0, "{technique} {edits:?}: caustics on dry sand at {p}");
                     dry += 1;
                     low += u32::from(p.y < water.level_m);
@@ -197,8 +204,17 @@ fn light_from_the_water_makes_caustics_above_it() {
     let variants: [(&str, Edits<'_>); 4] = [
         ("a lamp", &[]),
         ("a spot", &[("Point(position", "Spot(direction: (0.1, 1, 0), inner_deg: 30, outer_deg: 40, position")]),
-        ("higher, in clear water", &[("level_m: 0", "level_m: -0.2"), ("medium: Custom(sigma_a: (0.4, 0.1, 0.05), sigma_s: (0, 0, 0))", "medium: Vacuum")]),
-        ("parallel light", &[("Point(position: (0.1, -0.4, 0.05), intensity", "Directional(aim: Along((0.2, 1, 0.1)), irradiance"), ("size_m: (4, 4)), transform: (translate: (0, -1, 0))", "size_m: (0.3, 0.3)), transform: (translate: (0, -1, 0))")]),
+        (
+            "higher, in clear water",
+            &[("level_m: 0", "level_m: -0.2"), ("medium: Custom(sigma_a: (0.4, 0.1, 0.05), sigma_s: (0, 0, 0))", "medium: Vacuum")],
+        ),
+        (
+            "parallel light",
+            &[
+                ("Point(position: (0.1, -0.4, 0.05), intensity", "Directional(aim: Along((0.2, 1, 0.1)), irradiance"),
+                ("size_m: (4, 4)), transform: (translate: (0, -1, 0))", "size_m: (0.3, 0.3)), transform: (translate: (0, -1, 0))"),
+            ],
+        ),
     ];
     for (name, edits) in variants {
         let scene = edited("lamp_below_ceiling.ron", edits);

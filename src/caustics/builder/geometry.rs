@@ -74,7 +74,12 @@ impl FrameBuilder<'_> {
                 Some((_, bindings)) => *bindings,
                 None => {
                     let uniform = self.uniform(&format!("{label} material {}", made.len()), material);
-                    let entries = vec![BindEntry::Uniform(camera, 0), BindEntry::Storage(self.vertices), BindEntry::Uniform(uniform, 0), BindEntry::texture(self.heights)];
+                    let entries = vec![
+                        BindEntry::Uniform(camera, 0),
+                        BindEntry::Storage(self.vertices),
+                        BindEntry::Uniform(uniform, 0),
+                        BindEntry::texture(self.heights),
+                    ];
                     let bindings = self.frame.bind_group(entries);
                     made.push((material, bindings));
                     bindings

@@ -1,22 +1,25 @@
 //! The loop over lights: direct light and shadow maps of each light.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 
+use crate::RenderError;
+use crate::beams::window;
 use crate::passes::shadow_map::{LightUniform, refracted_at_flat_water};
 use crate::passes::{fullscreen, light, shadow_map};
 use crate::receivers::ReceiverGroup;
-use crate::RenderError;
-use nephroid_pipeline::frame::{BindEntry, BufferId, DepthStencilAttachment, Draw, Pass, TextureId};
+use nephroid_pipeline::frame::{BindEntry, BindGroupId, BufferId, DepthStencilAttachment, Draw, Pass, TextureId};
 use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::shader::Program;
 use nephroid_pipeline::state::{ADDITIVE, CompareFunction, DepthBiasState, PixelRect, TextureFormat, Viewport};
-use nephroid_pipeline::{LoadOp, RenderPipelineDescriptor, TextureDescriptor};
-use nephroid_scene::water::HeightField;
+use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 use nephroid_scene::Light;
+use nephroid_scene::water::HeightField;
 
 use super::FrameBuilder;
+use super::refine::{Refined, refined};
 use super::shadow_view::ShadowView;
 use super::state::{clear, clear_or_keep, depth_state, target};
 
@@ -32,6 +35,24 @@ pub struct FrameLight {
     pub buffer: BufferId,
     /// Shadow map of straight rays; one texel of depth 1 if [`super::ViewOptions::surface_shadows`] is off.
     pub straight_map: TextureId,
+}
+
+/// Triangles that cast shadows.
+#[derive(Clone)]
+struct Casters {
+    vertices: BufferId,
+    /// 32-bit indices; `None` for vertices in order.
+    indices: Option<BufferId>,
+    range: Range<u32>,
+}
+
+/// A view that is drawn into a shadow map.
+struct MapView {
+    /// The light's uniform.
+    light: BufferId,
+    /// Its part of the map; `None` for all of it.
+    part: Option<PixelRect>,
+    casters: Vec<Casters>,
 }
 
 /// Receivers that a light shines on, and where its light is written.
@@ -83,7 +104,7 @@ impl FrameBuilder<'_> {
         let straight_map = self.straight_map(number, &uniform, buffer, if shadows.straight { &casters } else { &[] });
         let all: Vec<_> = receivers.groups.iter().filter(|g| !g.indices.is_empty()).collect();
         let beyond = if shadows.refracted && self.water.is_some() { &all[..] } else { &[] };
-        let refracted_map = self.refracted_map(number, buffer, beyond);
+        let refracted_map = self.refracted_map(number, in_water, buffer, beyond);
         let lit = Lit {
             position: self.position,
             normal: self.normal,
@@ -123,41 +144,63 @@ impl FrameBuilder<'_> {
     }
 
     /// Draws the map of straight rays: one view, or the six faces of a cube. Without casters it is one texel of depth 1.
-    fn straight_map(&mut self, number: usize, uniform: &LightUniform, light: BufferId, casters: &[&ReceiverGroup]) -> TextureId {
-        let label = format!("shadow_map_straight {number}");
-        let face = uniform.cube.w as u32;
+    fn straight_map(&mut self, number: usize, uniform: &LightUniform, light: BufferId, groups: &[&ReceiverGroup]) -> TextureId {
+        let (label, program) = (format!("shadow_map_straight {number}"), shadow_map::straight_program());
+        let casters = self.casters(groups);
+        let (face, side) = (uniform.cube.w as u32, self.view.shadow_map_size);
         if casters.is_empty() {
-            return self.shadow_map(label, shadow_map::straight_program(), (1, 1), &[]);
+            return self.shadow_map(label, program, (1, 1), &[]);
         }
         if face == 0 {
-            let side = self.view.shadow_map_size;
-            return self.shadow_map(label, shadow_map::straight_program(), (side, side), &[(light, None, casters)]);
+            return self.shadow_map(label, program, (side, side), &[MapView { light, part: None, casters }]);
         }
         let mut faces = Vec::with_capacity(6);
         for (column, row) in (0..6).map(|k| (k % 3, k / 3)) {
             let light = self.uniform(&format!("light {number} face {column} {row}"), &uniform.with_face(column, row));
-            let cell = PixelRect::at([column as u32 * face, row as u32 * face], face, face);
-            faces.push((light, Some(cell), casters));
+            let part = PixelRect::at([column as u32 * face, row as u32 * face], face, face);
+            faces.push(MapView { light, part: Some(part), casters: casters.clone() });
         }
-        self.shadow_map(label, shadow_map::straight_program(), (3 * face, 2 * face), &faces)
+        self.shadow_map(label, program, (3 * face, 2 * face), &faces)
     }
 
-    /// Draws the map through the surface; without casters one texel of depth 1.
-    fn refracted_map(&mut self, number: usize, light: BufferId, casters: &[&ReceiverGroup]) -> TextureId {
-        let label = format!("shadow_map_refracted {number}");
-        let side = if casters.is_empty() { 1 } else { self.view.shadow_map_size };
-        self.shadow_map(label, shadow_map::refracted_program(), (side, side), &[(light, None, casters)])
+    /// Draws the map through the surface; without casters one texel of depth 1. In it a lamp bends straight edges.
+    fn refracted_map(&mut self, number: usize, in_water: bool, light: BufferId, groups: &[&ReceiverGroup]) -> TextureId {
+        let (label, program) = (format!("shadow_map_refracted {number}"), shadow_map::refracted_program());
+        if groups.is_empty() {
+            return self.shadow_map(label, program, (1, 1), &[]);
+        }
+        let casters = match self.scene.lights[number] {
+            Light::Directional { .. } => self.casters(groups),
+            Light::Point { position, .. } | Light::Spot { position, .. } => {
+                let Refined { whole, parts } =
+                    refined(self.receivers, groups, position, self.water.filter(|_| in_water).map(|water| water.height_range_ws().0));
+                let mut casters = Vec::new();
+                if !whole.is_empty() {
+                    let range = 0..whole.len() as u32;
+                    let indices = self.frame.buffer(format!("casters {number}"), Arc::new(Buffer::from_slice(&whole)));
+                    casters.push(Casters { vertices: self.vertices, indices: Some(indices), range });
+                }
+                if !parts.is_empty() {
+                    let range = 0..parts.len() as u32;
+                    let vertices = self.frame.buffer(format!("caster parts {number}"), Arc::new(Buffer::from_slice(&parts)));
+                    casters.push(Casters { vertices, indices: None, range });
+                }
+                casters
+            }
+        };
+        let side = self.view.shadow_map_size;
+        self.shadow_map(label, program, (side, side), &[MapView { light, part: None, casters }])
     }
 
-    /// Adds a depth texture, and a pass of the same name that draws views into it: each the uniform of its light, its part of the texture if that is not
-    /// all, and what casts shadows in it.
-    fn shadow_map(
-        &mut self,
-        label: String,
-        program: Arc<Program>,
-        size: (u32, u32),
-        views: &[(BufferId, Option<PixelRect>, &[&ReceiverGroup])],
-    ) -> TextureId {
+    /// Groups of receivers as a map draws them.
+    fn casters(&self, groups: &[&ReceiverGroup]) -> Vec<Casters> {
+        let casters =
+            |group: &&ReceiverGroup| Casters { vertices: self.vertices, indices: Some(self.indices), range: group.indices.clone() };
+        groups.iter().map(casters).collect()
+    }
+
+    /// Adds a depth texture, and a pass of the same name that draws views into it.
+    fn shadow_map(&mut self, label: String, program: Arc<Program>, size: (u32, u32), views: &[MapView]) -> TextureId {
         let texture = self.frame.texture(TextureDescriptor::d2(label.clone(), size.0, size.1, TextureFormat::Depth32Float));
         let bias = DepthBiasState { constant: 64, slope_scale: 2.5, clamp: 0.0 };
         let pipeline = self.frame.pipeline(RenderPipelineDescriptor {
@@ -165,15 +208,20 @@ impl FrameBuilder<'_> {
             ..RenderPipelineDescriptor::new(label.clone(), program)
         });
         let mut draws = Vec::new();
-        for (light, part, casters) in views.iter().filter(|(.., casters)| !casters.is_empty()) {
-            let bindings = self.frame.bind_group(vec![BindEntry::Uniform(*light, 0), BindEntry::Storage(self.vertices)]);
-            let viewport = part.map(Viewport::of);
-            let draw = |group: &&ReceiverGroup| Draw {
-                viewport,
-                scissor: *part,
-                ..Draw::new(pipeline, bindings, group.indices.clone()).indexed(self.indices)
-            };
-            draws.extend(casters.iter().map(draw));
+        for MapView { light, part, casters } in views {
+            let mut bound: Option<(BufferId, BindGroupId)> = None;
+            for Casters { vertices, indices, range } in casters {
+                let bindings = match bound {
+                    Some((known, bindings)) if known == *vertices => bindings,
+                    _ => self.frame.bind_group(vec![BindEntry::Uniform(*light, 0), BindEntry::Storage(*vertices)]),
+                };
+                bound = Some((*vertices, bindings));
+                let draw = Draw { viewport: part.map(Viewport::of), scissor: *part, ..Draw::new(pipeline, bindings, range.clone()) };
+                draws.push(match indices {
+                    Some(indices) => draw.indexed(*indices),
+                    None => draw,
+                });
+            }
         }
         let depth = Some(DepthStencilAttachment { view: texture.into(), depth_load: LoadOp::Clear(1.0), stencil_load: LoadOp::Load });
         self.frame.passes.push(Pass { label, depth_stencil: depth, draws, ..Pass::default() });
@@ -205,10 +253,15 @@ impl FrameBuilder<'_> {
         let refracted = refracted_at_flat_water(light.incident(bounds.center()).direction_ws, ior);
         let min = water.map_or(bounds.min, |w| Vec3::new(w.min_ws().x, level, w.min_ws().y));
         let max = water.map_or(bounds.max, |w| Vec3::new(w.max_ws().x, level, w.max_ws().y));
+        // A lamp in the water shines through a small part of the surface.
+        let part = if in_water { self.water.and_then(|field| window(field, light, ior)) } else { None };
+        let [min, max] = part.map_or([min, max], |part| part.corners_ws().map(|p| Vec3::new(p.x, level, p.y)));
         // On the light's side the surface reaches this far from its mean level, and what is beyond it this far to the other side.
         let (rise, depth) = if in_water { (level - trough, bounds.max.y - level) } else { (crest - level, level - bounds.min.y) };
         let least = (bounds.size().max_element() * LEAST_DEPTH).max(f32::MIN_POSITIVE);
-        let depth = (rise.max(0.0) + depth.max(least)) * 1.01;
+        // The map of directions has distances.
+        let depth = if in_water && position_ws.w != 0.0 { bounds.size().length() } else { rise.max(0.0) + depth.max(least) };
+        let depth = depth.max(least) * 1.01;
         let own = if in_water { scene.medium.sigma_t() } else { Vec3::ZERO };
         let start = bounds.corners().iter().fold(f32::INFINITY, |start, corner| start.min(corner.dot(position_ws.truncate())));
         let view = ShadowView::of(light, bounds);

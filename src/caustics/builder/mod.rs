@@ -8,7 +8,7 @@
 //! | `view` | size of the targets, refraction of the eye, the camera's uniform: [`ViewOptions`] |
 //! | `geometry` | pass `geometry_buffer`: position, normal and albedo of what each pixel sees |
 //! | `specular` | what a scene with mirrors or glass has in addition: receivers behind them, and what the eye sees in them |
-//! | `light`, `shadow_view` | passes `shadow_map_straight N`, `shadow_map_refracted N`, `light N` |
+//! | `light`, `shadow_view`, `refine` | passes `shadow_map_straight N`, `shadow_map_refracted N`, `light N` |
 //! | `targets` | textures in which caustic light is summed |
 //! | `picture` | passes `shade` and `picture` |
 //! | `state` | pipeline state that passes share |
@@ -16,6 +16,7 @@
 mod geometry;
 pub mod light;
 mod picture;
+mod refine;
 mod shadow_view;
 mod specular;
 pub mod state;

@@ -12,8 +12,8 @@ use crate::passes::fullscreen;
 use nephroid_pipeline::frame::{BindEntry, ColorAttachment, DepthStencilAttachment, Draw, FrameIndex, Pass, TextureId};
 use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::state::{
-    ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, FrontFace, IndexFormat, PrimitiveState, StencilFaceState,
-    StencilOperation, StencilState, TextureFormat,
+    ColorTargetState, ColorWrites, CompareFunction, DepthBiasState, DepthStencilState, FrontFace, IndexFormat, PrimitiveState,
+    StencilFaceState, StencilOperation, StencilState, TextureFormat,
 };
 use nephroid_pipeline::{Buffer, LoadOp, RenderPipelineDescriptor};
 use nephroid_scene::Radiometry;
@@ -99,7 +99,8 @@ impl LightPass<'_> {
         let (level, slabs) = (self.slices.planes_y[0], self.slices.planes_y.len() - 1);
         let step = (level - self.slices.planes_y[slabs]) / slabs as f32;
         let planes = Vec4::new(level, step, slabs as f32, shadows);
-        let uniform = builder.uniform(&format!("beams {number}"), &BeamsUniform { sigma_t, planes, space: Vec4::new(self.beams.side, 0.0, 0.0, 0.0) });
+        let uniform = builder
+            .uniform(&format!("beams {number}"), &BeamsUniform { sigma_t, planes, space: Vec4::new(self.beams.side, 0.0, 0.0, 0.0) });
         // An empty buffer cannot be bound.
         let slots = Buffer::filled(self.accepted.len().max(1), |slots: &mut [BeamSlot]| {
             let filled = slots.par_iter_mut().zip(self.accepted).with_min_len(BEAMS_PER_TASK);

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 
-use crate::builder::{FrameBuilder, water_heights};
 use crate::builder::state::depth_state;
+use crate::builder::{FrameBuilder, water_heights};
 use crate::passes::geometry_buffer::{self, MaterialUniform, ReceiverVertex};
 use crate::readback::{self, OcclusionQueries};
 use crate::{ReceiverGroup, RenderError};

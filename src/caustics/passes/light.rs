@@ -88,7 +88,7 @@ impl FragmentShader for Fragment {
         }
         let mut visibility = one;
         if self.shadows.refracted && beyond.any() {
-            let (uv, depth) = light.on_refracted_map(p + n * one.like(light.refracted_texel(refracted_map.level_size(0).0)));
+            let (uv, depth) = light.on_refracted_map(p + n * light.refracted_texel(p, refracted_map.level_size(0).0));
             visibility = sample_compare(refracted_map, &sampler, uv, 0, depth);
         }
         let visibility = L::select(beyond, visibility, zero);

@@ -40,7 +40,7 @@ fn fs(@builtin(position) position: vec4<f32>) -> Targets {
     }
     var visibility = select(0.0, 1.0, exists && beyond_water);
     if refracted_shadows && exists && beyond_water {
-        let at = on_refracted_map(light, p + n * refracted_texel(light, textureDimensions(refracted_map).x));
+        let at = on_refracted_map(light, p + n * refracted_texel(light, p, textureDimensions(refracted_map).x));
         visibility = textureSampleCompareLevel(refracted_map, compare, at.xy, at.z);
     }
     return Targets(vec4<f32>(direct, 1.0), vec4<f32>(visibility, 0.0, 0.0, 1.0));

@@ -2,8 +2,8 @@
 //!
 //! The light's side is the air for a light above the water, and the water for a lamp in it. The map through the surface is indexed by the point S where
 //! light crosses the mean water plane; its depth is the distance to that plane. Light that crosses at S continues straight to all points with the same S,
-//! in order of depth. For parallel light S follows from the refracted direction; for a point light it is the solution of Snell's law at the plane. The
-//! tilt of waves is ignored: shadows keep their places while the caustics move. Road not taken: a map along each beam's own ray, which needs a ray
+//! in order of depth. For parallel light S follows from the refracted direction; for a point light it is the solution of Snell's law at the plane. For a
+//! lamp in the water the map is indexed by the refracted direction, which S determines, and its depth is the distance from S. The tilt of waves is ignored: shadows keep their places while the caustics move. Road not taken: a map along each beam's own ray, which needs a ray
 //! tracer or a map per beam.
 //!
 //! The map of straight rays is one view, or six where one cannot hold what surrounds a light: the faces of a cube, three in a row.
@@ -23,6 +23,9 @@ use super::geometry_buffer::ReceiverVertex;
 
 /// Texels by which a point is moved off its own surface before the lookup.
 const SELF_SHADOW_TEXELS: f32 = 2.0;
+
+/// Least square of the cosine of a refracted ray, for the size of texels behind the surface.
+const LEAST_COS_SQUARED: f32 = 0.01;
 
 /// Least distance of a light from the water plane, as a share of the depth of the map through the surface.
 const LEAST_HEIGHT: f32 = 1.0e-5;
@@ -91,6 +94,13 @@ impl LightUniform {
         beer_lambert_rgb(self.own.truncate(), Lanes::max(distance, distance.like(0.0)))
     }
 
+    /// Whether the map through the surface is indexed by the direction of the refracted ray, not by the place where it starts: for a lamp in the water. Its
+    /// light leaves the surface in all directions, but starts from a disc, at whose edge a texel would hold many directions.
+    #[inline(always)]
+    fn maps_directions(&self) -> bool {
+        self.position_ws.w != 0.0 && self.water.x < 0.0
+    }
+
     /// Distance of a point beyond the mean water plane, m.
     #[inline(always)]
     fn beyond<L: Lanes>(&self, p_ws: V3<L>) -> L {
@@ -129,14 +139,45 @@ impl LightUniform {
     #[inline(always)]
     pub fn on_refracted_map<L: Lanes>(&self, p_ws: V3<L>) -> (V2<L>, L) {
         let entry = self.entry_point(p_ws);
+        if self.maps_directions() {
+            let beyond = self.beyond(p_ws);
+            let (x, z) = (p_ws.x - entry.x, p_ws.z - entry.y);
+            let distance = (x * x + z * z + beyond * beyond).sqrt();
+            let up = Lanes::max(beyond, beyond.like(0.0)) / Lanes::max(distance, distance.like(f32::MIN_POSITIVE));
+            // Lambert's azimuthal projection, which keeps areas.
+            let scale = distance.like(0.5) / ((up + 1.0).sqrt() * Lanes::max(distance, distance.like(f32::MIN_POSITIVE)));
+            return (v2(x * scale + 0.5, z * scale + 0.5), distance / self.refracted.w);
+        }
         let uv = v2((entry.x - self.entry.x) / self.entry.z, (entry.y - self.entry.y) / self.entry.w);
         (uv, (self.beyond(p_ws) + self.water.w) / self.refracted.w)
     }
 
-    /// Offset along the normal, m, by which a surface in a map through the surface of `size` texels must be moved so that it does not shadow itself.
+    /// Offset along the normal, m, by which a surface in a map through the surface of `size` texels must be moved at a point so that it does not shadow
+    /// itself.
     #[inline(always)]
-    pub fn refracted_texel(&self, size: u32) -> f32 {
-        SELF_SHADOW_TEXELS * self.entry.z.max(self.entry.w) / size as f32
+    pub fn refracted_texel<L: Lanes>(&self, p_ws: V3<L>, size: u32) -> L {
+        let texel = SELF_SHADOW_TEXELS * self.entry.z.max(self.entry.w) / size as f32;
+        let one = p_ws.x.like(1.0);
+        if self.maps_directions() {
+            // The circle of all directions has a radius of half of the map, and a radius of √2 on the sphere.
+            let to = p_ws - V3::splat(p_ws.x.token(), self.position_ws.truncate());
+            return to.length() * (SELF_SHADOW_TEXELS * 2.0 * std::f32::consts::SQRT_2 / size as f32);
+        }
+        if self.position_ws.w == 0.0 {
+            return one * texel;
+        }
+        // A texel of a lamp's map grows behind the surface by 1 + (depth tan θₜ)/(height tan θᵢ), with angles from a straight ray: tan θₜ/tan θᵢ is
+        // cos θᵢ/(n cos θₜ).
+        let light = self.position_ws;
+        let height = ((light.y - self.water.y) * self.water.x).max(self.refracted.w * LEAST_HEIGHT);
+        let depth = Lanes::max(self.beyond(p_ws), one.like(0.0));
+        let (x, z) = (p_ws.x - light.x, p_ws.z - light.z);
+        let squared = x * x + z * z;
+        let whole = depth + height;
+        let cos_squared = whole * whole / (whole * whole + squared);
+        let sin_squared = (one - cos_squared) * (1.0 / (self.water.z * self.water.z));
+        let cos_t = Lanes::max(one - sin_squared, one.like(LEAST_COS_SQUARED)).sqrt();
+        (one + depth * cos_squared.sqrt() / (cos_t * (height * self.water.z))) * texel
     }
 
     /// The same offset for the map of straight rays, at a point.
@@ -228,7 +269,11 @@ pub fn straight_program() -> Arc<Program> {
     Arc::new(Program {
         fragment: None,
         bindings: BINDINGS.to_vec(),
-        wgsl: Some(concat!(include_str!("shadow_map.wgsl"), include_str!("receiver_vertex.wgsl"), include_str!("shadow_map_straight.wgsl"))),
+        wgsl: Some(concat!(
+            include_str!("shadow_map.wgsl"),
+            include_str!("receiver_vertex.wgsl"),
+            include_str!("shadow_map_straight.wgsl")
+        )),
         ..Program::new("shadow_map_straight", StraightVertex, NoFragment)
     })
 }
@@ -239,7 +284,11 @@ pub fn refracted_program() -> Arc<Program> {
     Arc::new(Program {
         fragment: None,
         bindings: BINDINGS.to_vec(),
-        wgsl: Some(concat!(include_str!("shadow_map.wgsl"), include_str!("receiver_vertex.wgsl"), include_str!("shadow_map_refracted.wgsl"))),
+        wgsl: Some(concat!(
+            include_str!("shadow_map.wgsl"),
+            include_str!("receiver_vertex.wgsl"),
+            include_str!("shadow_map_refracted.wgsl")
+        )),
         ..Program::new("shadow_map_refracted", RefractedVertex, NoFragment)
     })
 }

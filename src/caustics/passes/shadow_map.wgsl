@@ -2,6 +2,7 @@
 
 const SELF_SHADOW_TEXELS: f32 = 2.0;
 const LEAST_HEIGHT: f32 = 1.0e-5;
+const LEAST_COS_SQUARED: f32 = 0.01;
 
 struct LightUniform {
     clip_from_world: mat4x4<f32>,
@@ -44,6 +45,11 @@ fn own_distance(light: LightUniform, p_ws: vec3<f32>) -> f32 {
     return length(p_ws - light.position_ws.xyz);
 }
 
+// Whether the map through the surface is indexed by the direction of the refracted ray.
+fn maps_directions(light: LightUniform) -> bool {
+    return light.position_ws.w != 0.0 && light.water.x < 0.0;
+}
+
 // Distance of a point beyond the mean water plane.
 fn beyond(light: LightUniform, p_ws: vec3<f32>) -> f32 {
     return (light.water.y - p_ws.y) * light.water.x;
@@ -78,12 +84,35 @@ fn entry_point(light: LightUniform, p_ws: vec3<f32>) -> vec2<f32> {
 
 // Texture coordinates and depth of a point in the map through the surface.
 fn on_refracted_map(light: LightUniform, p_ws: vec3<f32>) -> vec3<f32> {
-    let uv = (entry_point(light, p_ws) - light.entry.xy) / light.entry.zw;
+    let entry = entry_point(light, p_ws);
+    if maps_directions(light) {
+        let depth = beyond(light, p_ws);
+        let across = p_ws.xz - entry;
+        let distance = sqrt(dot(across, across) + depth * depth);
+        let up = max(depth, 0.0) / max(distance, 1.17549435e-38);
+        let scale = 0.5 / (sqrt(up + 1.0) * max(distance, 1.17549435e-38));
+        return vec3<f32>(across * scale + 0.5, distance / light.refracted.w);
+    }
+    let uv = (entry - light.entry.xy) / light.entry.zw;
     return vec3<f32>(uv, (beyond(light, p_ws) + light.water.w) / light.refracted.w);
 }
 
-fn refracted_texel(light: LightUniform, size: u32) -> f32 {
-    return SELF_SHADOW_TEXELS * max(light.entry.z, light.entry.w) / f32(size);
+fn refracted_texel(light: LightUniform, p_ws: vec3<f32>, size: u32) -> f32 {
+    let texel = SELF_SHADOW_TEXELS * max(light.entry.z, light.entry.w) / f32(size);
+    if maps_directions(light) {
+        return length(p_ws - light.position_ws.xyz) * (SELF_SHADOW_TEXELS * 2.0 * 1.4142135 / f32(size));
+    }
+    if light.position_ws.w == 0.0 {
+        return texel;
+    }
+    let height = max((light.position_ws.y - light.water.y) * light.water.x, light.refracted.w * LEAST_HEIGHT);
+    let depth = max(beyond(light, p_ws), 0.0);
+    let across = p_ws.xz - light.position_ws.xz;
+    let whole = depth + height;
+    let cos_squared = whole * whole / (whole * whole + dot(across, across));
+    let sin_squared = (1.0 - cos_squared) * (1.0 / (light.water.z * light.water.z));
+    let cos_t = sqrt(max(1.0 - sin_squared, LEAST_COS_SQUARED));
+    return (1.0 + depth * sqrt(cos_squared) / (cos_t * (height * light.water.z))) * texel;
 }
 
 // A point on a face of the cube: the face's column and row, coordinates on it, distance along its axis.

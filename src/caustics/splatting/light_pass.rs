@@ -12,9 +12,9 @@ use nephroid_scene::geom::Aabb;
 use nephroid_scene::{Material, Radiometry};
 
 use super::differential::{self, Steps};
-use super::gather::{self, Lit};
 use super::drawn::Surfaced;
 use super::exact::{self, ExactPhotons, PhotonRecord};
+use super::gather::{self, Lit};
 use super::photons::{self, PhotonsUniform};
 use super::settings::{CurvatureFrom, Gather, Lens, Splats, Splatting};
 use super::splats::{self, Source, SplatsUniform};
@@ -165,7 +165,8 @@ impl LightPass<'_> {
         let light = &builder.scene.lights[self.light.number];
         let everywhere = Aabb { min: Vec3::splat(f32::MIN), max: Vec3::splat(f32::MAX) };
         let reached = if self.settings.gather == Gather::Eye { everywhere } else { self.own.reached };
-        let ExactPhotons { mut records, beyond, arrived, light } = exact::follow(surfaces, &exact::Source { light, uniform: Some(&self.light.uniform) }, view, reached, self.paper());
+        let ExactPhotons { mut records, beyond, arrived, light } =
+            exact::follow(surfaces, &exact::Source { light, uniform: Some(&self.light.uniform) }, view, reached, self.paper());
         let sum = totals.exact.get_or_insert_with(ExactTotals::default);
         sum.rays += arrived;
         sum.photons += records.len() as u64;

@@ -53,9 +53,7 @@ mod views;
 pub use error::SplattingError;
 pub use settings::{Blend, CurvatureFrom, Gather, Intersection, Lens, Search, Splats, Splatting, Views};
 
-use nephroid_image::metrics::bounds::{
-    ACCUMULATED, Bound, CHAINED, CHAINED_SEARCHED, LOOKED_UP, PassBounds, SEARCHED, SHADED, VERTEX,
-};
+use nephroid_image::metrics::bounds::{ACCUMULATED, Bound, CHAINED, CHAINED_SEARCHED, LOOKED_UP, PassBounds, SEARCHED, SHADED, VERTEX};
 use nephroid_pipeline::Device;
 use nephroid_scene::water::{HeightField, WaterSim};
 use nephroid_scene::{Group, Scene, Settings};

@@ -139,7 +139,8 @@ impl LightViews {
         }
         // A lamp among the objects of a scene does not see all of it from one side.
         let whole = if wanted.views == Views::Scene { FittedView::of_points(light, &all.corners(), all) } else { None };
-        let own = whole.or_else(|| FittedView::of_points(light, &emitters, all)).map_or_else(|| sides(light, &emitters, stage), |one| vec![one]);
+        let own =
+            whole.or_else(|| FittedView::of_points(light, &emitters, all)).map_or_else(|| sides(light, &emitters, stage), |one| vec![one]);
         let Some(first) = own.first() else {
             return Err(SplattingError::NoView { light: number, of: "mirrors, glass or water" });
         };
@@ -160,6 +161,7 @@ impl LightViews {
         let towards = Light::Directional { aim: Aim::Along(reached.center() - first.view.position_ws.truncate()), irradiance: Vec3::ONE };
         let map = FittedView::new(&map_light, reached)
             .or_else(|| FittedView::of_points(&map_light, &around(&landings, reached), Aabb::EMPTY))
+            .or_else(|| FittedView::of_points(&map_light, &before(&map_light, &landings, reached), Aabb::EMPTY))
             .or_else(|| FittedView::new(&towards, reached));
         let map = map.ok_or(SplattingError::NoView { light: number, of: "what its caustics reach" })?;
         let texels = |view: &FittedView, side| TexelView::new(view, view.square_texels(side));
@@ -181,6 +183,17 @@ fn sides(light: &Light, emitters: &[Vec3], stage: &Stage<'_>) -> Vec<FittedView>
         }
         _ => Vec::new(),
     }
+}
+
+/// Least cosine between the mean direction of a lamp's light and what a map of it holds, if a single view does not hold all.
+const WIDEST_COS: f32 = 0.25;
+
+/// Where most of the light of a lamp lands: around the mean of its directions. What lands elsewhere is lost, and counted as not found.
+fn before(lamp: &Light, landings: &[Pilot], reached: Aabb) -> Vec<Vec3> {
+    let (Light::Point { position, .. } | Light::Spot { position, .. }) = *lamp else { return Vec::new() };
+    let direction = |p: Vec3| (p - position).normalize_or_zero();
+    let mean = landings.iter().map(|(p, light)| direction(*p) * *light as f32).sum::<Vec3>().normalize_or_zero();
+    around(landings, reached).into_iter().filter(|&p| direction(p).dot(mean) > WIDEST_COS).collect()
 }
 
 /// Where light lands inside of a box, and a little around.
@@ -205,7 +218,8 @@ fn pilots(surfaces: &Surfaces, view: &FittedView, all_paths: bool) -> Vec<Pilot>
             };
             let (start, end) = (at(0.0), at(1.0));
             let across = f64::from(texels.area_at(v3(end.x, end.y, end.z)) / (end - start).length_squared());
-            let arrivals = surfaces.arrivals(start, (end - start).normalize_or_zero(), |_| start).map_or_else(Vec::new, |followed| followed.arrivals);
+            let arrivals =
+                surfaces.arrivals(start, (end - start).normalize_or_zero(), |_| start).map_or_else(Vec::new, |followed| followed.arrivals);
             let counted = arrivals.into_iter().filter(move |arrival| all_paths || arrival.plain);
             counted.map(move |arrival| (arrival.position, across * f64::from(arrival.share.element_sum())))
         })

@@ -50,7 +50,7 @@ pub struct Request {
 /// # Errors
 /// If the scene cannot be loaded, traced or rendered, or a figure cannot be written.
 pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Results> {
-    let scene = renderer::load(request.known, &request.scene, request.size, request.time_s, &request.settings)?;
+    let scene = renderer::load_settled(request.known, &request.scene, request.size, request.time_s, &request.settings)?;
     if picture.is_none() {
         files::make_default_folder()?;
     }

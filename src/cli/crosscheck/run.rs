@@ -78,7 +78,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
         output::text(&format!("{}, compared under the rules {}\n", all.adapter, all.rules))?;
     }
     for scene in &scenes {
-        let loaded = renderer::load(args.techniques, scene, args.size, None, &args.settings)?;
+        let loaded = renderer::load_settled(args.techniques, scene, args.size, None, &args.settings)?;
         let compared = args.techniques.iter().filter(|technique| args.technique.as_ref().is_none_or(|name| name == technique.name()));
         for technique in compared {
             let options = RenderOptions { technique: technique.name().to_owned(), techniques: args.techniques, ..RenderOptions::default() };

@@ -71,7 +71,10 @@ fn rows_tell_what_they_are() {
     );
     let brush = row("brush");
     assert_eq!((brush.key, brush.doc(), brush.note), ("paint.brush", "What paints, on two lines.", "decision P1"));
-    assert_eq!((row("coats").unit, row("coats").said, row("grid").said, row("depth_below_floor").unit), ("layers", "many", "64x64", "of the depth"));
+    assert_eq!(
+        (row("coats").unit, row("coats").said, row("grid").said, row("depth_below_floor").unit),
+        ("layers", "many", "64x64", "of the depth")
+    );
     let allowed = |name: &str| (row(name).field)(Paint::DEFAULTS).unwrap().allowed((row(name).limits)()).to_string();
     assert_eq!(allowed("brush"), "one of flat_brush, roller");
     assert_eq!(allowed("grid"), "none, or COLUMNSxROWS with each from 2 to 4096");
@@ -121,7 +124,11 @@ fn errors_in_files_name_the_place_the_value_and_the_values_allowed() {
         ("(paint: (coats: 10))", 16, "techniques.paint.coats: found 10, expected a whole number from 1 to 9"),
         ("(paint: (drops: (1, 0)))", 20, "techniques.paint.drops[1]: found 0, expected a whole number from 1 to 64"),
         ("(paint: (drops: (1)))", 16, "techniques.paint.drops: found `(1)`, expected a tuple of size 2"),
-        ("(paint: (depth_below_floor: -1))", 30, "techniques.paint.depth_below_floor: found -1, expected a number from 0 to 1000 of the depth"),
+        (
+            "(paint: (depth_below_floor: -1))",
+            30,
+            "techniques.paint.depth_below_floor: found -1, expected a number from 0 to 1000 of the depth",
+        ),
         (
             "(paint: (brush: Roler))",
             16,

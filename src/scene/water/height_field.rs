@@ -242,7 +242,8 @@ mod tests {
     fn heights_between_vertices_are_those_of_the_triangles() {
         // One cell, folded along its diagonal: 1 m at the corner (1, 1), 0 elsewhere.
         let field = HeightField::from_heights(2, 2, Vec2::new(2.0, -1.0), Vec2::new(2.0, 1.0), vec![0.0, 0.0, 0.0, 1.0]).unwrap();
-        for (x, z, expected) in [(2.0, -1.0, 0.0), (3.0, -0.5, 0.0), (4.0, 0.0, 1.0), (3.5, -0.25, 0.5), (2.5, -0.9, 0.0), (9.0, 9.0, 1.0)] {
+        for (x, z, expected) in [(2.0, -1.0, 0.0), (3.0, -0.5, 0.0), (4.0, 0.0, 1.0), (3.5, -0.25, 0.5), (2.5, -0.9, 0.0), (9.0, 9.0, 1.0)]
+        {
             assert!((field.height_at(x, z) - expected).abs() < 1e-6, "{} at ({x}, {z})", field.height_at(x, z));
         }
         assert!(field.is_above(Vec3::new(3.5, 0.4, -0.25)) && !field.is_above(Vec3::new(3.5, 0.6, -0.25)));
