@@ -4,7 +4,7 @@ use std::error::Error;
 
 use nephroid_pipeline::DeviceError;
 use nephroid_pipeline::frame::FrameError;
-use nephroid_scene::SceneError;
+use nephroid_scene::{OverLimit, SceneError};
 
 /// Why a picture cannot be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -27,6 +27,9 @@ pub enum RenderError {
         /// The names that exist.
         known: String,
     },
+    /// The picture would take more memory than it may.
+    #[error(transparent)]
+    Memory(#[from] OverLimit),
     /// An error that only one technique has.
     #[error(transparent)]
     Technique(Box<dyn Error + Send + Sync>),

@@ -5,8 +5,9 @@
 //! and it builds frames ([`Builder`]). A program with techniques of its own makes a table of them ([`techniques!`], [`Techniques`]) and passes it to
 //! [`RenderOptions`] and to the command line.
 
+pub mod account;
 pub mod beams;
-pub mod bounds;
+mod bounds;
 pub mod builder;
 mod error;
 mod features;

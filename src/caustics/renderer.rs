@@ -5,6 +5,7 @@ use nephroid_pipeline::frame::{CpuExecutor, Executor, FrameObserver};
 use nephroid_pipeline::{Device, DeviceOptions, PassOutput};
 use nephroid_scene::{Object, Scene};
 
+use super::account::account;
 use super::technique::{Builder, Technique};
 use super::{RenderError, TECHNIQUES, TechniqueFrame, Techniques, layers, tally};
 
@@ -63,7 +64,8 @@ impl Renderer {
     /// Loads the scene's meshes and starts worker threads.
     ///
     /// # Errors
-    /// If the technique is unknown, a mesh cannot be loaded, the technique refuses the scene, or the threads cannot be started.
+    /// If the technique is unknown, the frame would take more memory than its limit, a mesh cannot be loaded, the technique refuses the scene, or the threads
+    /// cannot be started.
     pub fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, RenderError> {
         // Under a tight memory limit, leave room for the resources: bins work in waves and need little.
         let mut device = options.device;
@@ -72,13 +74,18 @@ impl Renderer {
         Self::with_executor(scene, options, Box::new(executor))
     }
 
-    /// Loads the scene's meshes. Frames run on `executor`; the device options and the memory limit in `options` are ignored.
+    /// Loads the scene's meshes. Frames run on `executor`; the device options in `options` are ignored.
     ///
     /// # Errors
-    /// If the technique is unknown, a mesh cannot be loaded, or the technique refuses the scene.
+    /// If the technique is unknown, the frame would take more memory than its limit, a mesh cannot be loaded, or the technique refuses the scene.
     pub fn with_executor(scene: &Scene, options: &RenderOptions, executor: Box<dyn Executor>) -> Result<Self, RenderError> {
         let technique = options.techniques.find(&options.technique)?;
         let scene = scene.settled()?;
+        let layers: Vec<&str> = match &options.layers {
+            Some(names) => names.iter().map(String::as_str).collect(),
+            None => nephroid_image::STANDARD_LAYERS.iter().map(|l| l.name).collect(),
+        };
+        account(technique, &scene, executor.device(), &layers).check(options.memory_limit_bytes)?;
         let builder = executor.device().install(|| technique.prepare(&scene))?;
         Ok(Self { technique, executor, builder, layers: options.layers.clone(), objects: scene.objects.clone() })
     }

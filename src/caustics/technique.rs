@@ -1,7 +1,7 @@
 //! The interface of techniques: all that the command line, the reports and the tests ask for.
 
 use nephroid_pipeline::Device;
-use nephroid_scene::{Scene, Settings};
+use nephroid_scene::{Part, Scene, Settings};
 
 use super::bounds::PassBounds;
 use super::features::Feature;
@@ -34,6 +34,19 @@ pub trait Technique: Sync {
     fn variants(&self) -> Vec<Variant> {
         vec![Variant { name: "", settings: None }, Variant { name: "paper", settings: Some(self.settings().paper()) }]
     }
+
+    /// Columns and rows of vertices of the water's mesh.
+    fn grid(&self, scene: &Scene) -> Option<(u32, u32)> {
+        scene.water.as_ref().map(|water| water.grid)
+    }
+
+    /// What frames take besides textures, meshes and the water's surface, by the numbers of vertices, beams and photons.
+    fn memory(&self, _scene: &Scene) -> Vec<Part> {
+        Vec::new()
+    }
+
+    /// Turns off what needs more than sizes of textures to be known: for the [account](super::account::account) of memory, which builds the frame of a scene without detail.
+    fn sketch(&self, _scene: &mut Scene) {}
 
     /// Makes parts of a scene coarser that would take too long in a test, in addition to [`Settings::coarsen`].
     fn coarsen(&self, _scene: &mut Scene) {}

@@ -2,6 +2,21 @@
 
 use crate::scene::{MAX_IMAGE_PX, MAX_TIME_S};
 
+/// The limit on memory, a flag of every verb that computes pictures.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct MemoryLimit {
+    /// Refuse to start what takes more memory than this, in MiB
+    #[arg(long, value_name = "MIB", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..))]
+    memory_limit: u32,
+}
+
+impl MemoryLimit {
+    /// The limit in bytes.
+    pub fn bytes(self) -> u64 {
+        u64::from(self.memory_limit) << 20
+    }
+}
+
 /// Largest number of threads that can be requested.
 pub const MAX_THREADS: u16 = 1024;
 

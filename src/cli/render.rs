@@ -70,9 +70,8 @@ pub struct LowArgs {
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
 
-    /// Refuse to start a frame that needs more memory than this, in MiB
-    #[arg(long, value_name = "MIB", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..))]
-    memory_limit: u32,
+    #[command(flatten)]
+    memory_limit: args::MemoryLimit,
 
     /// File to write, .png for the picture or .exr for the layers; may be repeated [default: both, in out/]
     #[arg(short, long = "output", value_name = "FILE")]
@@ -175,7 +174,7 @@ impl HiArgs {
                 time_s: low.time,
                 settings: low.settings,
                 layers,
-                memory_limit_bytes: u64::from(low.memory_limit) << 20,
+                memory_limit_bytes: low.memory_limit.bytes(),
             },
             outputs,
             default_folder,

@@ -68,6 +68,9 @@ pub struct LowArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(args::MAX_THREADS)))]
     threads: Option<u16>,
 
+    #[command(flatten)]
+    memory_limit: args::MemoryLimit,
+
     /// Go on where an interrupted run with the same arguments stopped
     #[arg(long)]
     resume: bool,
@@ -148,7 +151,8 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     args.outputs.iter().try_for_each(|output| file::check_writable(&output.path))?;
     let pool =
         rayon::ThreadPoolBuilder::new().num_threads(low.threads.map_or(0, usize::from)).build().context("cannot start the threads")?;
-    let options = TraceOptions { seed: low.seed, camera: true, volume: low.volume, ..TraceOptions::default() };
+    let memory_limit_bytes = low.memory_limit.bytes();
+    let options = TraceOptions { seed: low.seed, camera: true, volume: low.volume, memory_limit_bytes, ..TraceOptions::default() };
     let mut tracer = pool.install(|| Tracer::new(&scene, &options))?;
     if low.resume {
         let bytes = fs::read(&args.state)

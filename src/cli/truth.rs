@@ -32,7 +32,8 @@ impl Truth {
     /// # Errors
     /// If the scene cannot be traced.
     pub fn new(scene: &Scene, points: Points, photons: u64, seed: u32, told: impl Fn(u64)) -> anyhow::Result<Self> {
-        let options = TraceOptions { seed, points: Some(points.clone()), ..TraceOptions::default() };
+        // Whoever asks has counted the memory of both.
+        let options = TraceOptions { seed, points: Some(points.clone()), memory_limit_bytes: u64::MAX, ..TraceOptions::default() };
         let mut tracer = Tracer::new(scene, &options)?;
         while tracer.photons() < photons || tracer.batches() < 2 {
             tracer.run_batch();

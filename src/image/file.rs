@@ -68,6 +68,9 @@ pub enum FileError {
     },
 }
 
+/// Most bytes of an EXR's header that are read to measure it.
+const MOST_HEADER_BYTES: u64 = 16 << 20;
+
 /// The meaning of a picture's numbers, which follows from the format of its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -95,13 +98,47 @@ pub struct Picture {
     pub layers: LayerSet,
 }
 
+/// The size of a picture in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Measure {
+    /// Length of the file, bytes.
+    pub file_bytes: u64,
+    /// Pixels of the largest layer.
+    pub pixels: u64,
+    /// Samples of all channels of all layers, which take four bytes each once they are read.
+    pub samples: u64,
+}
+
+/// Reads the header of a PNG or an EXR: what reading the rest would take.
+///
+/// # Errors
+/// If the file cannot be read, is neither a PNG nor an EXR, or its header is damaged.
+pub fn measure(path: &Path) -> Result<Measure, FileError> {
+    let cannot_read = |source| FileError::Read { path: path.to_owned(), source };
+    let file = File::open(path).map_err(cannot_read)?;
+    let file_bytes = file.metadata().map_err(cannot_read)?.len();
+    let mut start = Vec::new();
+    (&file).take(png::HEADER_BYTES as u64).read_to_end(&mut start).map_err(cannot_read)?;
+    let (pixels, samples) = if start.starts_with(png::SIGNATURE) {
+        let pixels = png::declared_pixels(&start);
+        (pixels, 4 * pixels)
+    } else if start.starts_with(openexr::SIGNATURE) {
+        // Headers with more than some megabytes are not those of pictures.
+        let header = start.as_slice().chain((&file).take(MOST_HEADER_BYTES));
+        openexr::measure(io::BufReader::new(header)).map_err(|source| FileError::Exr { path: path.to_owned(), source })?
+    } else {
+        return Err(FileError::UnknownFormat { path: path.to_owned(), start: start[..start.len().min(png::SIGNATURE.len())].to_vec() });
+    };
+    Ok(Measure { file_bytes, pixels, samples })
+}
+
 /// Reads a PNG or an EXR. The first bytes of the file decide which, not its name. A file that starts with other bytes is not read further.
 ///
 /// # Errors
 /// If the file cannot be read, is neither a PNG nor an EXR, or is damaged.
 pub fn read(path: &Path) -> Result<Picture, FileError> {
     let cannot_read = |source| FileError::Read { path: path.to_owned(), source };
-    let mut file = File::open(path).map_err(cannot_read)?;
+    let file = File::open(path).map_err(cannot_read)?;
     let mut bytes = Vec::new();
     (&file).take(png::SIGNATURE.len() as u64).read_to_end(&mut bytes).map_err(cannot_read)?;
     let kind = if bytes.starts_with(png::SIGNATURE) {
@@ -111,7 +148,9 @@ pub fn read(path: &Path) -> Result<Picture, FileError> {
     } else {
         return Err(FileError::UnknownFormat { path: path.to_owned(), start: bytes });
     };
-    file.read_to_end(&mut bytes).map_err(cannot_read)?;
+    // No more than the file had: a device has no end.
+    let rest = file.metadata().map_err(cannot_read)?.len().saturating_sub(bytes.len() as u64);
+    file.take(rest).read_to_end(&mut bytes).map_err(cannot_read)?;
     let layers = match kind {
         Kind::Display => {
             let layer = png::decode(&bytes).map_err(|source| FileError::Png { path: path.to_owned(), source })?;

@@ -108,6 +108,15 @@ fn codes(layer: &Layer, tone: &ToneMap) -> Result<Image<u8>, PngError> {
     Ok(codes)
 }
 
+/// Bytes from a PNG's start to the end of its size.
+pub(crate) const HEADER_BYTES: usize = 24;
+
+/// Number of pixels that the first [`HEADER_BYTES`] of a PNG declare; 0 where they do not, which decoding will refuse.
+pub(crate) fn declared_pixels(start: &[u8]) -> u64 {
+    let number = |at: usize| start.get(at..at + 4).map_or(0, |b| u64::from(u32::from_be_bytes([b[0], b[1], b[2], b[3]])));
+    number(16) * number(20)
+}
+
 /// Decodes any PNG to a layer named [`DECODED_NAME`]: 1 (grey), 2 (grey and alpha), 3 or 4 channels, linear light, alpha as stored.
 ///
 /// A declared size that the file cannot fill is refused before memory is allocated.

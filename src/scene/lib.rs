@@ -8,6 +8,7 @@
 //!
 //! Nothing here draws: frames are built from scenes by the techniques.
 
+mod account;
 mod bridge;
 mod camera;
 mod check;
@@ -36,6 +37,7 @@ mod tone;
 mod trace;
 pub mod water;
 
+pub use account::{Account, OverLimit, Part};
 pub use camera::Camera;
 pub use check::{Invalid, MAX_LENGTH_M, MAX_LIGHT};
 pub use description::{Image, MAX_IMAGE_PX, MAX_OBJECTS, MAX_TIME_S, MAX_TRIANGLES, Scene};

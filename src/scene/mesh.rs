@@ -34,7 +34,22 @@ impl Object {
     }
 }
 
+/// Bytes of a triangle in a mesh file, at least: a binary one has 12 of indices and half a vertex.
+const FILE_BYTES_PER_TRIANGLE: u64 = 18;
+
 impl Scene {
+    /// About how many triangles object `index` has, without making or reading it: one from a file as many as the file's length holds.
+    #[must_use]
+    pub fn triangle_estimate(&self, index: usize) -> u64 {
+        match self.objects.get(index).map(|object| &object.shape) {
+            Some(Shape::Mesh(path)) => {
+                std::fs::metadata(self.source.base_dir.join(path)).map_or(0, |file| file.len() / FILE_BYTES_PER_TRIANGLE)
+            }
+            Some(shape) => shape.triangle_estimate(),
+            None => 0,
+        }
+    }
+
     /// The mesh of object `index`, in object space. An error names the place of the object's shape in the scene file.
     ///
     /// An index past the last object gives an empty mesh.

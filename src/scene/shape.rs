@@ -219,6 +219,19 @@ impl Shape {
     }
 }
 
+impl Shape {
+    /// About how many triangles a procedural shape has: the bound, or the share of it that sculptures and turned vessels come to.
+    #[must_use]
+    pub fn triangle_estimate(&self) -> u64 {
+        let bound = self.triangle_bound();
+        match self {
+            Self::Figure(_) => bound / 3,
+            Self::Pot(_) | Self::Column(_) => bound / 2,
+            _ => bound,
+        }
+    }
+}
+
 /// A path that means the same on every machine, within the scene's reach, ending in a known extension. Where links on it lead is seen when the
 /// file is read.
 fn validate_mesh_path(path: &FilePath, at: &At<'_>) -> Result<(), Invalid> {

@@ -1,6 +1,6 @@
 //! Errors of the tracer.
 
-use nephroid_scene::SceneError;
+use nephroid_scene::{OverLimit, SceneError};
 
 /// Why a scene cannot be traced.
 #[derive(Debug, thiserror::Error)]
@@ -8,6 +8,9 @@ pub enum TraceError {
     /// A mesh of the scene cannot be made or loaded.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// The run would take more memory than it may.
+    #[error(transparent)]
+    Memory(#[from] OverLimit),
     /// The scene has nothing that makes a caustic.
     #[error("the scene has no caustics to trace: it needs a light, and water, a mirror or glass that the light can reach")]
     NothingSpecular,

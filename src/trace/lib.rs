@@ -14,6 +14,7 @@
 //! It uses neither the pipeline nor frames nor a technique; it shares only the scene's models of water and media with them. Not followed: light that
 //! a diffuse surface reflects, and light that is scattered more than once.
 
+mod account;
 mod audit;
 mod beams;
 mod cells;
@@ -33,6 +34,7 @@ mod water;
 mod wave;
 mod world;
 
+pub use account::account;
 pub use audit::Audit;
 pub use cells::Points;
 pub use error::TraceError;

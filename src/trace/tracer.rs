@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use nephroid_scene::Scene;
 use nephroid_scene::geom::Aabb;
 
+use super::account::account;
 use super::audit::Audit;
 use super::beams::{Beam, BeamTree};
 use super::cells::{Cells, Points};
@@ -52,11 +53,13 @@ pub struct TraceOptions {
     pub points: Option<Points>,
     /// SIMD level; it changes no result. Default: the machine's best
     pub level: Level,
+    /// Most memory that a run may take, bytes. Default: 4 GiB
+    pub memory_limit_bytes: u64,
 }
 
 impl Default for TraceOptions {
     fn default() -> Self {
-        Self { seed: 0, camera: false, volume: false, points: None, level: Level::new() }
+        Self { seed: 0, camera: false, volume: false, points: None, level: Level::new(), memory_limit_bytes: 4 << 30 }
     }
 }
 
@@ -92,9 +95,10 @@ impl Tracer {
     /// Prepares a run: loads meshes, marks the directions in which lights emit, and computes the footprints of pixels.
     ///
     /// # Errors
-    /// If a mesh cannot be made or loaded, or the scene cannot be traced, see [`TraceError`].
+    /// If the run would take more memory than its limit, a mesh cannot be made or loaded, or the scene cannot be traced, see [`TraceError`].
     pub fn new(scene: &Scene, options: &TraceOptions) -> Result<Self, TraceError> {
         let settled = scene.settled()?;
+        account(&settled, options).check(options.memory_limit_bytes)?;
         let mut options = options.clone();
         let shift = settled.origin - scene.origin;
         for position in options.points.iter_mut().flat_map(|points| &mut points.positions) {

@@ -38,3 +38,42 @@ fn paper_frame_stays_below_256_mib_resident() {
     assert!(peak < 256 << 20, "{} MiB", peak >> 20);
     assert!(peak > textures, "{peak} bytes cannot hold {textures}");
 }
+
+/// What every verb does under a limit of 256 MiB: it is refused within a second with what to lower, or it runs and takes no more than a tenth beyond.
+#[cfg(target_os = "linux")]
+#[test]
+fn verbs_keep_to_their_memory_limit() {
+    const LIMIT_MIB: u64 = 256;
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = |name: &str| folder.path().join(name).display().to_string();
+    let (exr, png) = (out("a.exr"), out("a.png"));
+    let scene = |name: &str| crate::support::path("scenes").join(name).display().to_string();
+    let (flat, ball, lido) = (scene("analytic/flat_water.ron"), scene("ball.ron"), scene("lido.ron"));
+    let plane = "trace.plane=-1,-0.9,-1;0,0,2;2,0,0;8192x8192";
+    let runs: [(bool, &[&str]); 12] = [
+        (false, &["render", &flat, "--size", "48x48", "--set", "caustic_volumes.grid=4096x4096", "-o", &exr]),
+        (false, &["render", &flat, "--technique", "splatting", "--set", "splatting.photons=4096", "-o", &exr]),
+        (false, &["render", &flat, "--technique", "light-volumes", "--set", "light_volumes.grid=1025x1025", "-o", &exr]),
+        (false, &["render", &ball, "--size", "16384x16384", "-o", &exr]),
+        (true, &["render", &flat, "--size", "48x48", "--technique", "caustic-volumes", "-o", &exr]),
+        (true, &["render", &lido, "--size", "320x180", "--technique", "caustic-volumes", "-o", &exr, "-o", &png]),
+        (false, &["trace", &flat, "--size", "16384x16384", "--photons", "1k", "-o", &exr]),
+        (false, &["trace", &flat, "--size", "48x48", "--photons", "1k", "--set", plane, "-o", &exr]),
+        (true, &["trace", &flat, "--size", "400x400", "--photons", "1k", "-o", &exr]),
+        (false, &["compare", &flat, "--size", "4096x4096", "--photons", "1k", "-o", &png]),
+        (true, &["compare", &flat, "--techniques", "caustic-volumes", "--size", "200x200", "--photons", "1k", "-o", &png]),
+        (true, &["compare", &exr, &exr, "-o", &png]),
+    ];
+    for (runs, words) in runs {
+        let limit = LIMIT_MIB.to_string();
+        let start = std::time::Instant::now();
+        let (output, peak) = crate::support::program::measured(&[words, &["--memory-limit", &limit]].concat());
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.success(), runs, "{words:?}: {text}");
+        assert!(peak < LIMIT_MIB * 11 / 10 * 1024, "{words:?} took {} MiB", peak / 1024);
+        if !runs {
+            assert!(text.contains("more than the limit of 256 MiB") && text.contains("(lower "), "{words:?}: {text}");
+            assert!(start.elapsed().as_secs_f64() < 1.0 && peak < 64 * 1024, "{words:?} took {} MiB", peak / 1024);
+        }
+    }
+}

@@ -122,7 +122,7 @@ fn bad_input_is_one_message_and_leaves_nothing() {
         (&["small.ron", "--set", "no.such.key=1"], "cannot apply --set: unknown setting `no.such.key`"),
         (&["small.ron", "--set", "image.width=0"], "cannot apply --set: setting `image.width`"),
         (&["small.ron", "--layers", "color,nonsense"], "nonsense"),
-        (&["small.ron", "--size", "8192x8192", "--memory-limit", "1"], "may use 1 MiB"),
+        (&["small.ron", "--size", "8192x8192", "--memory-limit", "1"], "more than the limit of 1 MiB"),
         (&["small.ron", "-o", "no/such/folder/a.png"], "cannot write no/such/folder/a.png"),
     ] {
         let message = refuse(arguments);

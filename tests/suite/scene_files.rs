@@ -150,7 +150,7 @@ fn errors_of_names_name_the_field_and_what_was_perhaps_meant() {
             "time_s: 2.5",
             "¦when: 2.5",
             "found unknown field `when`, \
-         expected one of: title, image, camera, lights, environment, water, medium, smoke, objects, tone, time_s, techniques, trace",
+         expected one of: title, image, camera, lights, environment, water, medium, smoke, objects, motion, tone, time_s, techniques, trace",
         ),
         (
             "Dielectric(ior: 1.5",
@@ -590,6 +590,7 @@ fn shipped_scenes_are_valid_and_say_what_they_exercise() {
         "pool",
         "pots",
         "ring",
+        "sinking_lamp",
         "tablecloth",
     ];
     wanted.extend(others.iter().map(|name| format!("{name}.ron")));

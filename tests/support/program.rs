@@ -59,3 +59,22 @@ pub fn files_below(folder: &Path) -> Vec<String> {
     names.sort();
     names
 }
+
+/// Runs the program and watches it from outside: its output, and the most resident memory that it had, KiB.
+#[cfg(target_os = "linux")]
+pub fn measured(arguments: &[&str]) -> (Output, u64) {
+    let program = assert_cmd::cargo::cargo_bin!("nephroid");
+    let mut command = std::process::Command::new(program);
+    let command = command.args(arguments).stdout(std::process::Stdio::null()).stderr(std::process::Stdio::piped());
+    let mut child = command.spawn().expect("the program starts");
+    let status = format!("/proc/{}/status", child.id());
+    let mut peak = 0;
+    // The peak only grows, so the last look before the end is the one that counts.
+    while child.try_wait().expect("the program runs").is_none() {
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let number = text.lines().find(|line| line.starts_with("VmHWM:")).and_then(|line| line.split_whitespace().nth(1)?.parse().ok());
+        peak = number.map_or(peak, |kib: u64| peak.max(kib));
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    (child.wait_with_output().expect("the program ran"), peak)
+}

@@ -20,6 +20,16 @@ pub use window::window;
 /// Value of [`LightBeams::of_triangle`] for a triangle without a beam.
 pub const NONE: u32 = u32::MAX;
 
+/// Memory of the beams of a water mesh, bytes: those of all lights, with `extra` bytes more for each. Making those of the last light takes no more than what
+/// is made after them.
+#[must_use]
+pub fn memory_bytes((columns, rows): (u32, u32), lights: usize, extra: u64) -> u64 {
+    let (vertices, lights) = (u64::from(columns) * u64::from(rows), lights as u64);
+    let of_triangle = size_of::<Beam>() as u64 + size_of::<u32>() as u64 + extra;
+    let kept = 2 * of_triangle + size_of::<[Vec4; 2]>() as u64;
+    vertices * lights * kept
+}
+
 /// Flux of a beam from the light at its generator. E⊥ is the irradiance on a surface perpendicular to the light, T the transmittance of the surface,
 /// ω the light's direction, n and A normal and area of the triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -24,8 +24,9 @@ use nephroid_image::metrics::bounds::{ACCUMULATED, CHAINED, CHAINED_LOOKED_UP, C
 use nephroid_pipeline::Device;
 use nephroid_scene::Scene;
 use nephroid_scene::water::WaterSim;
-use nephroid_scene::{Group, Settings};
+use nephroid_scene::{Group, Part, Settings};
 
+use super::beams::{self, Beam};
 use super::builder::cut_level;
 use super::{Builder, Feature, Layout, Receivers, RenderError, Technique, TechniqueFrame};
 use crate::layout;
@@ -61,6 +62,19 @@ impl Technique for CausticVolumesTechnique {
     }
     fn layouts(&self) -> Vec<Layout> {
         vec![layout!(VolumeUniform: shape, sigma_t)]
+    }
+    fn grid(&self, scene: &Scene) -> Option<(u32, u32)> {
+        let grid = scene.techniques.get::<CausticVolumes>().grid;
+        scene.water.as_ref().map(|water| grid.unwrap_or(water.grid))
+    }
+    fn memory(&self, scene: &Scene) -> Vec<Part> {
+        let (columns, rows) = self.grid(scene).unwrap_or_default();
+        // Beams of all lights are kept, and those of each are in a buffer.
+        let bytes = beams::memory_bytes((columns, rows), scene.lights.len(), size_of::<Beam>() as u64);
+        vec![Part { what: "beams", bytes, lower: "water.grid or caustic_volumes.grid".to_owned() }]
+    }
+    fn sketch(&self, scene: &mut Scene) {
+        scene.techniques.edit::<CausticVolumes>().grid = Some((2, 2));
     }
     fn prepare(&self, scene: &Scene) -> Result<Box<dyn Builder>, RenderError> {
         let settings = scene.techniques.get::<CausticVolumes>();

@@ -47,16 +47,22 @@ pub use error::LightVolumesError;
 pub use settings::{BeamCulling, BeamShadows, EnergyAt, Gather, LightVolumes};
 
 use nephroid_image::metrics::bounds::{ACCUMULATED, CHAINED, CHAINED_LOOKED_UP, COUNTED, PassBounds, SWEPT};
-use nephroid_scene::{Group, Material, Scene, Settings, Shape};
+use nephroid_scene::{Group, Material, Part, Scene, Settings, Shape};
 
+use super::account::DRAW_BYTES;
+use super::beams::{self, Beam};
 use super::{Builder, Feature, Layout, RenderError, Technique};
 use crate::layout;
 use builder::LightVolumesBuilder;
-use shaders::{BeamsUniform, RelightUniform};
+use shaders::{BeamSlot, BeamsUniform, RelightUniform};
 use slices::SliceVertex;
 
 /// Most beams of a light. Each takes 256 bytes of uniforms and at least two draws. A mesh of 1025x1025 vertices makes this many.
 pub const MAX_BEAMS: u64 = 1 << 21;
+
+/// Triangles of a mirror or a body of glass, over the square of its size in edges; and beams of each triangle: the estimates of an account.
+const GENERATORS_PER_EDGE: u64 = 8;
+const BEAMS_PER_GENERATOR: u64 = 5;
 
 /// The technique, as a row of the table.
 pub const TECHNIQUE: &dyn Technique = &LightVolumesTechnique;
@@ -102,6 +108,30 @@ impl Technique for LightVolumesTechnique {
                 _ => {}
             }
         }
+    }
+    fn grid(&self, scene: &Scene) -> Option<(u32, u32)> {
+        let grid = scene.techniques.get::<LightVolumes>().grid;
+        scene.water.as_ref().map(|water| grid.unwrap_or(water.grid))
+    }
+    fn memory(&self, scene: &Scene) -> Vec<Part> {
+        let settings = scene.techniques.get::<LightVolumes>();
+        // Each beam has a slot, an entry in the list of accepted ones, and at least two draws.
+        let extra = (size_of::<BeamSlot>() + size_of::<cull::ClampedBeam>()) as u64 + 2 * DRAW_BYTES;
+        if let Some(grid) = self.grid(scene) {
+            let bytes = beams::memory_bytes(grid, scene.lights.len(), extra);
+            return vec![Part { what: "beams", bytes, lower: "water.grid or light_volumes.grid".to_owned() }];
+        }
+        let side = (1.0 / f64::from(settings.generator_edge)).ceil() as u64;
+        let cut = GENERATORS_PER_EDGE * side * side * BEAMS_PER_GENERATOR;
+        let specular = (0..scene.objects.len()).filter(|&object| !matches!(scene.objects[object].material, Material::Diffuse { .. }));
+        let beams: u64 = specular.map(|object| cut.max(scene.triangle_estimate(object)).min(MAX_BEAMS)).sum();
+        let bytes = beams * scene.lights.len() as u64 * (extra + DRAW_BYTES / 2 + size_of::<Beam>() as u64);
+        vec![Part { what: "beams", bytes, lower: "the number of mirrors and glass; raise light_volumes.generator_edge".to_owned() }]
+    }
+    fn sketch(&self, scene: &mut Scene) {
+        let settings = scene.techniques.edit::<LightVolumes>();
+        (settings.grid, settings.receiver_culling, settings.shadows) = (Some((2, 2)), false, BeamShadows::Off);
+        settings.generator_edge = 1.0;
     }
     fn prepare(&self, scene: &Scene) -> Result<Box<dyn Builder>, RenderError> {
         Ok(Box::new(LightVolumesBuilder::new(scene, scene.techniques.get::<LightVolumes>())?))

@@ -18,6 +18,9 @@ use crate::surfaces::{Arrival, Followed, Surfaces};
 /// Most photons along a side of a square view: all their paths are kept at once.
 pub const MOST_PHOTONS: u32 = 2048;
 
+/// Bytes of a ray with its photons, of which there are one and a half on average: its ends, and records of them while they are put in order.
+pub const RAY_BYTES: u64 = (size_of::<Ends>() + 3 * (size_of::<Arrival>() + 2 * size_of::<PhotonRecord>()) / 2) as u64;
+
 /// A photon on a receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]

@@ -56,8 +56,11 @@ pub use settings::{Blend, CurvatureFrom, Gather, Intersection, Lens, Search, Spl
 use nephroid_image::metrics::bounds::{ACCUMULATED, Bound, CHAINED, CHAINED_SEARCHED, LOOKED_UP, PassBounds, SEARCHED, SHADED, VERTEX};
 use nephroid_pipeline::Device;
 use nephroid_scene::water::{HeightField, WaterSim};
-use nephroid_scene::{Group, Scene, Settings};
+use nephroid_scene::{Group, Part, Scene, Settings};
 
+use super::passes::shape_operator::ShapeOperator;
+use super::passes::water_surface::WaterVertex;
+use super::surfaces;
 use super::{Builder, Feature, Layout, RenderError, Technique, TechniqueFrame, Variant};
 use crate::layout;
 use exact::PhotonRecord;
@@ -138,6 +141,39 @@ impl Technique for SplattingTechnique {
             Variant { name: "curvatures", settings: Some(curvatures.boxed()) },
             Variant { name: "exact", settings: Some(exact.boxed()) },
         ]
+    }
+    fn grid(&self, scene: &Scene) -> Option<(u32, u32)> {
+        let grid = scene.techniques.get::<Splatting>().grid;
+        scene.water.as_ref().map(|water| grid.unwrap_or(water.grid))
+    }
+    fn memory(&self, scene: &Scene) -> Vec<Part> {
+        let settings = scene.techniques.get::<Splatting>();
+        let (columns, rows) = self.grid(scene).unwrap_or_default();
+        let moments = u64::from(settings.frames);
+        // A vertex of the emitting surface with its shape operator and two triangles, and the surface itself.
+        let vertex = (size_of::<WaterVertex>() + 2 * size_of::<ShapeOperator>() + 2 * 24 + 16) as u64;
+        let surface = moments * u64::from(columns) * u64::from(rows) * vertex;
+        let triangles: u64 = (0..scene.objects.len()).map(|object| scene.triangle_estimate(object)).sum();
+        let mut parts = vec![Part {
+            what: "the tree of triangles",
+            bytes: triangles * surfaces::TRIANGLE_BYTES,
+            lower: "the detail of the objects".to_owned(),
+        }];
+        parts.push(Part {
+            what: "the emitting surface",
+            bytes: surface,
+            lower: "water.grid, splatting.grid or splatting.frames".to_owned(),
+        });
+        if settings.intersection == Intersection::Exact {
+            let rays = u64::from(settings.photons) * u64::from(settings.photons) * moments * scene.lights.len() as u64;
+            let bytes = rays * exact::RAY_BYTES;
+            parts.push(Part { what: "photons", bytes, lower: "splatting.photons or splatting.frames".to_owned() });
+        }
+        parts
+    }
+    fn sketch(&self, scene: &mut Scene) {
+        let settings = scene.techniques.edit::<Splatting>();
+        (settings.grid, settings.intersection) = (Some((2, 2)), Intersection::Image);
     }
     fn prepare(&self, scene: &Scene) -> Result<Box<dyn Builder>, RenderError> {
         let settings = scene.techniques.get::<Splatting>();

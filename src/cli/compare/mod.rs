@@ -50,6 +50,9 @@ pub struct LowArgs {
     #[arg(long, value_name = "SECONDS", value_parser = args::seconds, allow_hyphen_values = true)]
     time: Option<f32>,
 
+    #[command(flatten)]
+    memory_limit: args::MemoryLimit,
+
     /// Exit with 1 if a measure is worse than this; may be repeated
     #[arg(long = "bound", value_name = "MEASURE=VALUE", value_parser = bound)]
     bounds: Vec<Bound>,
@@ -133,6 +136,7 @@ impl HiArgs {
                     size: low.size,
                     time_s: low.time,
                     settings: low.settings,
+                    memory_limit_bytes: low.memory_limit.bytes(),
                 })
             }
             [one] => bail!("{} alone cannot be compared; give a second file, or one scene (.ron)", one.display()),
@@ -141,7 +145,12 @@ impl HiArgs {
                     bail!("{} is a scene; a scene is compared by itself, two files must be PNG or EXR", scene.display());
                 }
                 ensure!(!of_scene, "--techniques, --photons, --seed, --set, --size and --time are for a scene, not for two files");
-                What::Pictures(pictures::Request { reference: reference.clone(), test: test.clone(), layer: low.layer })
+                What::Pictures(pictures::Request {
+                    reference: reference.clone(),
+                    test: test.clone(),
+                    layer: low.layer,
+                    memory_limit_bytes: low.memory_limit.bytes(),
+                })
             }
             _ => bail!("one scene or two files can be compared"),
         };

@@ -6,10 +6,11 @@ use anyhow::{Context as _, bail, ensure};
 
 use super::table::{Column, Results};
 use crate::cli::interrupt;
-use crate::image::file::Kind;
+use crate::image::file::{Kind, Measure};
 use crate::image::{LayerSet, STANDARD_LAYERS, file, png};
 use crate::metrics::Pair;
 use crate::report::{Figure, Judged, Verdict, judge, number};
+use crate::scene::Account;
 
 /// Layers that are compared if none is named; the first one that both files have is taken.
 const USUAL_LAYERS: [&str; 2] = ["caustic_irradiance", "color"];
@@ -23,6 +24,24 @@ pub struct Request {
     pub test: PathBuf,
     /// Name of the layer; `None` for the first of [`USUAL_LAYERS`] that both files have.
     pub layer: Option<String>,
+    /// Most memory that the comparison may take, bytes.
+    pub memory_limit_bytes: u64,
+}
+
+/// The program itself, bytes.
+pub const PROGRAM_BYTES: u64 = 24 << 20;
+
+/// Bytes of a pixel while two pictures are compared and the figure is drawn.
+pub const PIXEL_BYTES: u64 = 180;
+
+/// The memory of a comparison of two files.
+fn account(reference: Measure, test: Measure) -> Account {
+    let mut account = Account::default();
+    account.add("the program", PROGRAM_BYTES, "");
+    let layers = 4 * (reference.samples + test.samples) + reference.file_bytes.max(test.file_bytes);
+    account.add("layers", layers, "the number of layers in the files");
+    account.add("measures", reference.pixels.max(test.pixels) * PIXEL_BYTES, "the size of the pictures");
+    account
 }
 
 /// Compares two files.
@@ -30,6 +49,7 @@ pub struct Request {
 /// # Errors
 /// If a file cannot be read, the pictures cannot be compared, or the figure cannot be written.
 pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Results> {
+    account(file::measure(&request.reference)?, file::measure(&request.test)?).check(request.memory_limit_bytes)?;
     let (reference, test) = (file::read(&request.reference)?, file::read(&request.test)?);
     ensure!(
         reference.kind == test.kind,

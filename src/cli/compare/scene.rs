@@ -10,6 +10,7 @@ use glam::Vec3;
 
 use super::pictures;
 use super::table::{Column, Results};
+use crate::caustics::account::account as picture_account;
 use crate::caustics::{RenderOptions, Renderer, Techniques};
 use crate::cli::args::{ImageSize, SettingArgument};
 use crate::cli::progress::Progress;
@@ -17,9 +18,10 @@ use crate::cli::truth::{self, Truth};
 use crate::cli::{files, renderer};
 use crate::image::LayerSet;
 use crate::metrics::quantile;
+use crate::pipeline::{Device, DeviceOptions};
 use crate::report::number;
 use crate::scene::Scene;
-use crate::trace::camera_points;
+use crate::trace::{self, TraceOptions, camera_points};
 
 /// Photons of the ground truth if no number is given.
 pub const DEFAULT_PHOTONS: u64 = 50_000_000;
@@ -43,6 +45,23 @@ pub struct Request {
     pub time_s: Option<f32>,
     /// Further overrides of the scene.
     pub settings: Vec<SettingArgument>,
+    /// Most memory that the comparison may take, bytes.
+    pub memory_limit_bytes: u64,
+}
+
+/// The memory of a comparison: of the ground truth, of the figure, and of a technique's picture.
+fn check_memory(scene: &Scene, request: &Request) -> anyhow::Result<()> {
+    let pixels = u64::from(scene.image.width) * u64::from(scene.image.height);
+    let device = Device::new(DeviceOptions { threads: Some(1), ..DeviceOptions::default() })?;
+    let mut account = trace::account(scene, &TraceOptions { camera: true, ..TraceOptions::default() });
+    account.add("measures", pixels * pictures::PIXEL_BYTES, "image.width or image.height");
+    let known = |name: &&str| request.known.find(name);
+    for technique in request.techniques.iter().map(known).collect::<Result<Vec<_>, _>>()? {
+        let mut with = account.clone();
+        with.parts.extend(picture_account(technique, scene, &device, &truth::LAYERS).parts);
+        with.check(request.memory_limit_bytes).with_context(|| format!("{} with {}", request.scene.display(), technique.name()))?;
+    }
+    Ok(())
 }
 
 /// Compares every technique with the ground truth.
@@ -51,6 +70,7 @@ pub struct Request {
 /// If the scene cannot be loaded, traced or rendered, or a figure cannot be written.
 pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Results> {
     let scene = renderer::load_settled(request.known, &request.scene, request.size, request.time_s, &request.settings)?;
+    check_memory(&scene, request)?;
     if picture.is_none() {
         files::make_default_folder()?;
     }
@@ -63,6 +83,7 @@ pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Resu
             technique: (*technique).to_owned(),
             techniques: request.known,
             layers: Some(truth::LAYERS.map(str::to_owned).to_vec()),
+            memory_limit_bytes: request.memory_limit_bytes,
             ..RenderOptions::default()
         };
         let rendered = Renderer::new(&scene, &options)?.render(&scene, None)?.layers;

@@ -37,6 +37,9 @@ pub struct LowArgs {
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
 
+    #[command(flatten)]
+    memory_limit: args::MemoryLimit,
+
     /// What the driver starts each pass from
     #[arg(long, value_name = "MODE", default_value = "both")]
     mode: Modes,
@@ -87,6 +90,8 @@ pub struct HiArgs {
     pub adapter: Option<String>,
     /// The state from which the driver starts each pass.
     pub mode: Modes,
+    /// Most memory that a comparison may take, bytes.
+    pub memory_limit_bytes: u64,
     /// Overrides the scenes' image size.
     pub size: Option<ImageSize>,
     /// Further overrides.
@@ -119,6 +124,7 @@ impl HiArgs {
             conformance: low.conformance.then(|| low.share.unwrap_or(1.0)),
             adapter: low.adapter,
             mode: low.mode,
+            memory_limit_bytes: low.memory_limit.bytes(),
             size: low.size,
             settings: low.settings,
             output: low.output,

@@ -81,7 +81,12 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
         let loaded = renderer::load_settled(args.techniques, scene, args.size, None, &args.settings)?;
         let compared = args.techniques.iter().filter(|technique| args.technique.as_ref().is_none_or(|name| name == technique.name()));
         for technique in compared {
-            let options = RenderOptions { technique: technique.name().to_owned(), techniques: args.techniques, ..RenderOptions::default() };
+            let options = RenderOptions {
+                technique: technique.name().to_owned(),
+                techniques: args.techniques,
+                memory_limit_bytes: args.memory_limit_bytes / COPIES,
+                ..RenderOptions::default()
+            };
             let mut frame = Renderer::new(&loaded, &options)?.build(&loaded)?.frame;
             frame.rules = rules.1;
             let draws = frame.passes.iter().map(|pass| pass.draws.len()).sum();
@@ -122,6 +127,9 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     }
     Ok(if all.agrees { Outcome::Done } else { Outcome::Differs })
 }
+
+/// Copies of a frame's textures at one time: the software GPU's, the driver's, and those that are compared.
+const COPIES: u64 = 3;
 
 fn check(
     args: &HiArgs,

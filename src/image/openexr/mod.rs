@@ -13,6 +13,7 @@ mod read;
 mod write;
 
 pub use read::decode;
+pub(crate) use read::measure;
 pub use write::encode;
 
 use crate::{LayerError, SizeError};

@@ -55,6 +55,15 @@ pub fn decode(bytes: &[u8]) -> Result<LayerSet, ExrError> {
     group(parts, &meta)
 }
 
+/// Pixels of the largest layer, and samples of all, by the headers of an EXR.
+pub(crate) fn measure(start: impl std::io::Read) -> Result<(u64, u64), ExrError> {
+    let meta = MetaData::read_from_buffered(start, true)?;
+    let pixels = |header: &Header| header.layer_size.width() as u64 * header.layer_size.height() as u64;
+    let samples =
+        meta.headers.iter().fold(0_u64, |sum, header| sum.saturating_add(pixels(header).saturating_mul(header.channels.list.len() as u64)));
+    Ok((meta.headers.iter().map(pixels).max().unwrap_or(0), samples))
+}
+
 /// Returns an error for headers whose pixels cannot be in a file of this length.
 fn check_plausible(meta: &MetaData, file_bytes: usize) -> Result<(), ExrError> {
     let mut declared_bytes = 0_u128;

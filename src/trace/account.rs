@@ -1,0 +1,64 @@
+//! Memory of a run, known before anything is made.
+
+use nephroid_scene::water::WaterModel;
+use nephroid_scene::{Account, Scene};
+
+use super::tracer::TraceOptions;
+
+/// The program itself, and what its threads take.
+const PROGRAM_BYTES: u64 = 24 << 20;
+
+/// Bytes of a triangle: in its mesh, in the world with the normals of its corners, and in two trees while they are made.
+const TRIANGLE_BYTES: u64 = 24 + 48 + 36 + 160;
+
+/// Bytes of a vertex of a water surface that has no formula: height and normal, and its height again.
+const WATER_VERTEX_BYTES: u64 = 20;
+
+/// Bytes of a pixel: what it shows, the boxes of its footprint and their tree, sums of the run and of the batch, results, layers and the file.
+const PIXEL_BYTES: u64 = 840;
+
+/// Bytes of a pixel's sums alone, and of a texel of the measuring plane: with results, layers and the file.
+const TEXEL_BYTES: u64 = 160;
+
+/// Bytes of a pixel's view ray, if scattered light is measured, and of the beams of a batch.
+const VIEW_BYTES: u64 = 240;
+const BEAMS_BYTES: u64 = 96 << 20;
+
+/// The memory of a run.
+#[must_use]
+pub fn account(scene: &Scene, options: &TraceOptions) -> Account {
+    let mut account = Account::default();
+    account.add("the program", PROGRAM_BYTES, "");
+    let triangles: u64 = (0..scene.objects.len()).map(|object| scene.triangle_estimate(object)).sum();
+    account.add("meshes", triangles * TRIANGLE_BYTES, "the detail of the objects");
+    if let Some(water) = &scene.water {
+        let (columns, rows) = match (scene.trace.grid, &water.model) {
+            (Some(grid), _) => grid,
+            (None, WaterModel::PipeFluid(fluid)) => {
+                let (columns, rows) = fluid.cell_counts(water);
+                (2 * columns + 1, 2 * rows + 1)
+            }
+            (None, WaterModel::FftOcean(_)) => (4095, 4095),
+            (None, _) => (0, 0),
+        };
+        account.add("the water's surface", u64::from(columns) * u64::from(rows) * WATER_VERTEX_BYTES, "trace.grid");
+    }
+    let picture = u64::from(scene.image.width) * u64::from(scene.image.height);
+    let shown = match &options.points {
+        Some(points) => points.positions.len() as u64,
+        None if options.camera => picture,
+        None => 0,
+    };
+    account.add("pixels", shown * PIXEL_BYTES, "image.width or image.height");
+    if options.volume {
+        account.add("views through media", picture * (VIEW_BYTES + TEXEL_BYTES) + BEAMS_BYTES, "image.width or image.height");
+    }
+    if let Some(plane) = &scene.trace.plane {
+        account.add(
+            "the measuring plane",
+            u64::from(plane.texels.0) * u64::from(plane.texels.1) * TEXEL_BYTES,
+            "the texels of trace.plane",
+        );
+    }
+    account
+}
