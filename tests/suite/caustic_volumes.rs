@@ -1,9 +1,11 @@
 //! `caustic-volumes` against analytic truth: flat water (T1), energy (T3), the focus of a sine wave (T4), matched indices (T15), and the
 //! factor between the two radiometries. Numbers T1 and so on are those of `docs/analytic.md`.
 
+use std::path::Path;
+
 use glam::Vec3;
 use nephroid::caustics::caustic_volumes::{CausticVolumes, Faces};
-use nephroid::caustics::{RenderOptions, Renderer};
+use nephroid::caustics::{RenderOptions, Renderer, TECHNIQUES};
 use nephroid::scene::{Aim, Camera, Light, Medium, Radiometry, Scene};
 
 use crate::support;
@@ -180,4 +182,43 @@ fn depth_is_along_the_view_axis_in_metres() {
     }
     // The comparison can fail: in the corner the distance is another.
     assert!(at(0).distance(position) > 4.2, "{}", at(0));
+}
+
+/// Rippled water focuses light to lines much thinner than a pixel. A pixel gets their mean, so that a picture is like one of four times its size, made smaller.
+#[test]
+fn rippled_water_has_no_fireflies() {
+    let variants = [
+        "AxisCosine(ripples: (amplitude_m: 0.04, feature_m: 0.4))",
+        "AxisCosine(ripples: (amplitude_m: 0.02, feature_m: 0.2))",
+        "AxisCosine()",
+        "CircularCosine()",
+    ];
+    for model in variants {
+        let text = format!(
+            "Scene(image: (width: 160, height: 160),
+            camera: Orthographic(position: (0, 3, 0), target: (0, 0, 0), up: (0, 0, -1), height_m: 0.625, near_m: 0.5, far_m: 10),
+            lights: [Directional(aim: Sun(azimuth_deg: 30, elevation_deg: 60), irradiance: (1, 1, 1))],
+            water: (size_m: (4, 4), grid: (257, 257), model: {model}), medium: Vacuum,
+            objects: [(shape: Grid(size_m: (8, 8)), transform: (translate: (0, -1, 0)))],
+            techniques: (caustic_volumes: (samples: 1)))"
+        );
+        let light = |times: u32| {
+            let mut scene = TECHNIQUES.parse(&text, "ripples", Path::new("")).expect("a scene");
+            (scene.image.width, scene.image.height) = (160 * times, 160 * times);
+            let (_, red) = irradiance(&scene);
+            let (side, times) = (160 * times as usize, times as usize);
+            let mean = |k: usize| {
+                let (x, y) = (k % 160 * times, k / 160 * times);
+                (0..times * times).map(|n| f64::from(red[(y + n / times) * side + x + n % times])).sum::<f64>() / (times * times) as f64
+            };
+            (0..160 * 160).map(mean).collect::<Vec<_>>()
+        };
+        let (one, four) = (light(1), light(4));
+        let most = |light: &[f64]| light.iter().copied().fold(0.0, f64::max);
+        let mean = |f: &dyn Fn(usize) -> f64| (0..one.len()).map(f).sum::<f64>() / one.len() as f64;
+        let (a, b) = (mean(&|k| one[k]), mean(&|k| four[k]));
+        let (aa, bb) = (mean(&|k| (one[k] - a) * (one[k] - a)), mean(&|k| (four[k] - b) * (four[k] - b)));
+        let correlation = mean(&|k| (one[k] - a) * (four[k] - b)) / (aa * bb).sqrt();
+        assert!(correlation > 0.95 && most(&one) < 1.5 * most(&four) && (a / b - 1.0).abs() < 0.01, "{model}: {correlation}");
+    }
 }

@@ -17,6 +17,7 @@ mod light_volumes_truth;
 mod memory;
 mod mesh_files;
 mod passes;
+mod places;
 mod readback;
 mod render_cli;
 mod scene_files;

@@ -400,7 +400,7 @@ fn errors_of_water_name_its_values() {
             "water: Water(¦modl: Flat)",
             "found unknown field `water.modl` (did you mean `model`?), expected one of: center_m, size_m, level_m, ior, abbe, grid, model",
         ),
-        ("water: (model: Waves([(), (), (wavelength_m: ¦NaN)]))", "water.model[2].wavelength_m: found NaN, expected 0.001 ..= 100000 m"),
+        ("water: (model: Waves([(), (), (wavelength_m: ¦NaN)]))", "water.model[2].wavelength_m: found NaN, expected 0.00001 ..= 100000 m"),
         ("water: (model: PipeFluid(drops: [(), (radius_m: ¦-1)]))", "water.model.drops[1].radius_m: found -1.0, expected 0.0001 ..= 100 m"),
         ("water: (model: FftOcean(resolution: ¦100))", "water.model.resolution: found 100, expected a power of two, 4 ..= 2048"),
         ("water: (model: CircularCosine(ripples: (octaves: ¦0)))", "water.model.ripples.octaves: found 0, expected 1 ..= 12"),

@@ -10,10 +10,14 @@ use nephroid::trace::{Points, TraceOptions, Tracer};
 
 use crate::support::path;
 
+/// Text of a scene from `tests/data/waterside`.
+pub fn text_of(name: &str) -> String {
+    std::fs::read_to_string(path("tests/data/waterside").join(name)).expect("the scene is there")
+}
+
 /// A scene from `tests/data/waterside`, with some of its text replaced.
-fn edited(name: &str, edits: &[(&str, &str)]) -> Scene {
-    let file = path("tests/data/waterside").join(name);
-    let mut text = std::fs::read_to_string(&file).expect("the scene is there");
+pub fn edited(name: &str, edits: &[(&str, &str)]) -> Scene {
+    let mut text = text_of(name);
     for (old, new) in edits {
         assert!(text.contains(old), "{name} has no `{old}`");
         text = text.replace(old, new);
@@ -22,14 +26,14 @@ fn edited(name: &str, edits: &[(&str, &str)]) -> Scene {
 }
 
 /// What a picture shows, pixel by pixel: red irradiance by direct light and by caustics, and where.
-struct Seen {
-    direct: Vec<f64>,
-    caustic: Vec<f64>,
+pub struct Seen {
+    pub direct: Vec<f64>,
+    pub caustic: Vec<f64>,
     points: Points,
 }
 
 impl Seen {
-    fn of(scene: &Scene, technique: &str) -> Self {
+    pub fn of(scene: &Scene, technique: &str) -> Self {
         let layers = ["direct", "caustic_irradiance", "position", "normal", "depth"].map(str::to_owned).to_vec();
         let options = RenderOptions { technique: technique.into(), layers: Some(layers), ..RenderOptions::default() };
         let rendered = Renderer::new(scene, &options).expect("device").render(scene, None).expect("frame").layers;
@@ -54,7 +58,7 @@ impl Seen {
     }
 
     /// Caustic light of the pixels where `of` holds, over that of photons at the same points.
-    fn energy_ratio(&self, scene: &Scene, photons: u64, of: impl Fn(Vec3) -> bool) -> f64 {
+    pub fn energy_ratio(&self, scene: &Scene, photons: u64, of: impl Fn(Vec3) -> bool) -> f64 {
         let mut points = self.points.clone();
         points.positions.iter_mut().for_each(|p| *p = p.filter(|p| of(*p)));
         let mut tracer = Tracer::new(scene, &TraceOptions { points: Some(points), ..TraceOptions::default() }).expect("can be traced");
@@ -221,6 +225,62 @@ fn light_from_the_water_makes_caustics_above_it() {
         for technique in TECHNIQUES.names() {
             let ratio = Seen::of(&scene, technique).energy_ratio(&scene, 4 << 20, |p| p.y > 0.1);
             assert!((ratio - 1.0).abs() < 0.01, "{name}, {technique}: {ratio}");
+        }
+    }
+}
+
+#[test]
+fn a_lamp_that_sinks_through_the_surface_has_the_light_of_photons() {
+    // Through the surface within a few centimetres: what is on its other side gets all its light by caustics. Both sides have the same floor and camera,
+    // so that the floor is the pool's while the lamp is above, and a ceiling while it is below.
+    let moving = "motion: [(of: LightPosition(0), course: Keys([(0, (0.1, 0.5, 0.05)), (1, (0.1, -0.5, 0.05))]))],";
+    for (time_s, height) in [(0.0, 0.5), (0.4, 0.1), (0.47, 0.03), (0.53, -0.03), (0.6, -0.1), (1.0, -0.5_f32)] {
+        let (eye, floor) = if height > 0.0 { (1.55, -1) } else { (0.5, 1) };
+        let scene = edited(
+            "lamp_under_water.ron",
+            &[
+                ("image: (width: 96, height: 96),", &format!("image: (width: 128, height: 128), {moving}")),
+                (
+                    "Perspective(position: (0, -0.3, 1.2), target: (0, -1, 0), fov_deg: 60)",
+                    &format!(
+                        "Orthographic(position: (0, {eye}, 0), target: (0, {floor}, 0), up: (0, 0, -1), height_m: 4, near_m: 0.1, far_m: 10)"
+                    ),
+                ),
+                (
+                    "size_m: (8, 8), level_m: 0, ior: 1.333, grid: (33, 33), model: Flat",
+                    "size_m: (4, 4), grid: (129, 129), model: Waves([(amplitude_m: 0.01, wavelength_m: 0.5, direction_deg: 20, motion: Steady)])",
+                ),
+                (
+                    "size_m: (8, 8)), transform: (translate: (0, -1, 0))",
+                    &format!("size_m: (4, 4)), transform: (translate: (0, {floor}, 0))"),
+                ),
+            ],
+        );
+        let now = scene.at(time_s).expect("a moment of the motion");
+        let Light::Point { position, .. } = now.lights[0] else { panic!("a lamp") };
+        assert!((position - Vec3::new(0.1, height, 0.05)).length() < 1e-6, "{position} at {time_s} s");
+        for technique in TECHNIQUES.names() {
+            let seen = Seen::of(&now, technique);
+            let ratio = seen.energy_ratio(&now, 4 << 20, |_| true);
+            assert!((ratio - 1.0).abs() < 0.01, "{technique} with the lamp at {height} m: {ratio}");
+            assert!(seen.surfaces().all(|(k, _, _)| seen.direct[k] == 0.0), "{technique}: direct light through the surface");
+        }
+    }
+}
+
+#[test]
+fn a_wall_close_behind_a_mirror_keeps_its_light() {
+    let variants: [Edits<'_>; 4] = [
+        &[],
+        &[("-0.00511", "-0.00601")],
+        &[("size_m: (16, 16)", "size_m: (200, 200)")],
+        &[("(0.00002, 0.5, 0.5)), transform: (translate: (0, 0.6, 0))", "(0.00002, 0.5, 0.5)), transform: (translate: (0, 0.7, 0))")],
+    ];
+    for edits in variants {
+        let scene = edited("wall_behind_mirror.ron", edits);
+        for technique in ["light-volumes", "splatting"] {
+            let ratio = Seen::of(&scene, technique).energy_ratio(&scene, 1 << 20, |_| true);
+            assert!((ratio - 1.0).abs() < 0.01, "{technique} {edits:?}: {ratio}");
         }
     }
 }

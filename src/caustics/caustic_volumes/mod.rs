@@ -3,7 +3,8 @@
 //!
 //! The water surface is a mesh. Each of its triangles and the three refracted rays of its vertices bound a volume of light. Volumes are drawn
 //! additively over the receivers and light those pixels whose receiver lies inside, by flux over cross-section. Cost depends on the
-//! volumes' pixels, not on the receivers. Files: `hull` (the tight body), `shaders` (point in volume, illumination), `frame` (the passes).
+//! volumes' pixels, not on the receivers. Files: `hull` (the tight body), `needle` (sections narrower than a pixel), `shaders` (point in
+//! volume, illumination), `frame` (the passes).
 //!
 //! Decisions where the paper leaves a choice, in full in `docs/techniques/caustic-volumes.md`:
 //! - E1 two radiometries: `paper` has neither cosine, `physical` conserves flux;
@@ -15,6 +16,7 @@
 
 pub mod frame;
 pub mod hull;
+mod needle;
 mod settings;
 pub mod shaders;
 

@@ -24,6 +24,7 @@ use nephroid_pipeline::{BindingKind, Bindings};
 use nephroid_scene::Radiometry;
 
 use super::hull::{MAX_FACES, hull};
+use super::needle::{Needle, is_narrow, is_near};
 use crate::beams::Beam;
 use crate::beams::geometry::double_area;
 
@@ -65,7 +66,13 @@ pub fn program(radiometry: Radiometry) -> Arc<Program> {
         varyings: vec![flat("beam", 2), flat("visibility", 3)],
         bindings: BINDINGS.to_vec(),
         may_discard: true,
-        wgsl: Some(concat!(include_str!("../../math/optics.wgsl"), include_str!("../beams/geometry.wgsl"), include_str!("shaders.wgsl"))),
+        wgsl: Some(concat!(
+            include_str!("../../math/optics.wgsl"),
+            include_str!("../passes/camera.wgsl"),
+            include_str!("../beams/geometry.wgsl"),
+            include_str!("needle.wgsl"),
+            include_str!("shaders.wgsl")
+        )),
         wgsl_constants: vec![("paper", f64::from(u8::from(radiometry == Radiometry::Paper)))],
         ..match radiometry {
             Radiometry::Paper => Program::new("caustic_volume", BeamVertex, VolumeFragment::<true>),
@@ -131,8 +138,9 @@ impl GeometryShader for HullGeometry {
             let above = if side > 0.0 { (g.y - level).max(0.0) } else { 0.0 };
             f64::from(above * (1.0 - ratio) / ratio * (d.x * d.x + d.z * d.z).sqrt())
         };
-        let top_slack = slack(top[0]) + bend(0).max(bend(1)).max(bend(2));
-        let hull = hull(top, bottom, top_slack, slack(bottom[0]).max(slack(bottom[1])).max(slack(bottom[2])));
+        let bent = bend(0).max(bend(1)).max(bend(2));
+        let (at_top, at_bottom) = reach(beam, bottom_y, slack(top[0]), slack(bottom[0]).max(slack(bottom[1])).max(slack(bottom[2])));
+        let hull = hull(top, bottom, at_top + bent, at_bottom);
         let clip = hull.corners.map(|p| {
             let clip = project(p);
             [clip.x, clip.y, clip.z, clip.w]
@@ -149,6 +157,29 @@ impl GeometryShader for HullGeometry {
             output.end_primitive();
         }
     }
+}
+
+/// How far the hull reaches beyond a beam's sections at its top and its bottom, m, from the slacks there, which are sixteenths of a pixel: a section that is
+/// narrower than a pixel lights pixels beside it, up to half the diagonal of its square away.
+fn reach(beam: &Beam, bottom_y: f32, top_slack: f64, bottom_slack: f64) -> (f64, f64) {
+    const SQUARE_SLACKS: f64 = 12.0;
+    // Height over the longest edge, as signed as the section.
+    let height = |y: f32| {
+        let corners = beam.section(y);
+        let longest = (0..3).map(|i| corners[(i + 1) % 3] - corners[i]).map(|e| e.dot(e)).fold(f32::MIN_POSITIVE, f32::max);
+        f64::from(double_area(&corners) / longest.sqrt())
+    };
+    let beside = |height: f64, slack: f64| slack * (1.0 + SQUARE_SLACKS * (1.0625 - height.abs() / (16.0 * slack)).clamp(0.0, 1.0));
+    let top_y = beam.g[0].y.min(beam.g[1].y).min(beam.g[2].y);
+    // The area is quadratic in the depth: three sections see a turn that the two ends do not.
+    let [top, middle, bottom] = [top_y, 0.5 * (top_y + bottom_y), bottom_y].map(height);
+    let turns = middle * top <= 0.0 || middle * bottom <= 0.0;
+    let middle_slack = 0.5 * (top_slack + bottom_slack);
+    let (at_top, at_bottom) = (beside(top, top_slack), beside(bottom, bottom_slack));
+    let between = beside(if turns { 0.0 } else { middle }, middle_slack);
+    // The hull widens evenly on the way.
+    let missing = (between - 0.5 * (at_top + at_bottom)).max(0.0);
+    (at_top + missing, at_bottom + missing)
 }
 
 /// Whether a face clearly has the orientation that is culled, so that it need not be emitted. `wanted` is 1 for faces towards the eye.
@@ -171,8 +202,8 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         let beam = &bindings.storage::<Beam>(3)[number];
         let position = bindings.texture(4);
         let side = volume.sigma_t.w;
-        let p: V3<L> = input.texel3_here(position);
-        let p = v3(p.x, p.y * side, p.z);
+        let p_ws: V3<L> = input.texel3_here(position);
+        let p = v3(p_ws.x, p_ws.y * side, p_ws.z);
         let zero = p.x.like(0.0);
 
         // Intersect the three rays with the plane y = P.y; the result is a triangle in x and z [SF05 §3.3].
@@ -200,21 +231,41 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
                 };
             weight[(i + 2) % 3] = if first { side } else { -side };
         }
+        // Around a focus a section is narrower than a pixel, and lights pixels beside it.
+        let camera: &CameraUniform = bindings.uniform(0);
+        let pixel = camera.pixel_m(p_ws);
+        let needles = is_narrow(&corners, double_area, pixel);
+        let narrow = needles & is_near(&corners, at, pixel) & p.y.ge(zero.like(volume.shape.x));
+        inside = inside & !needles;
+        if !(inside | narrow).any() {
+            output.keep = inside;
+            return;
+        }
+        let inv_area = zero.like(1.0) / double_area;
+        let mut b = [weight[0] * inv_area, weight[1] * inv_area, weight[2] * inv_area];
+        let (mut area, mut share) = (double_area.abs() * 0.5, zero.like(1.0));
+        if narrow.any() {
+            let needle = Needle::of(&corners, double_area, pixel);
+            share = L::select(narrow, needle.coverage(at), share);
+            inside = inside | (narrow & share.gt(zero));
+            area = L::select(narrow, needle.area(), area);
+            for (b, near) in b.iter_mut().zip(needle.weights(at)) {
+                *b = L::select(narrow, near, *b);
+            }
+        }
         output.keep = inside;
         if !inside.any() {
             return;
         }
-        let inv_area = zero.like(1.0) / double_area;
-        let b = [weight[0] * inv_area, weight[1] * inv_area, weight[2] * inv_area];
         let below = b[0] * beam.depth(0, p.y) + b[1] * beam.depth(1, p.y) + b[2] * beam.depth(2, p.y);
         let mut keep = inside & below.gt(zero);
         let travelled = beam.path_length(b, p.y);
 
         // F_P = A_gen/A_P times I₀ is flux over area [SF05 §3.4], attenuated per wavelength over the distance in water.
-        let area = beam.lit_area(double_area.abs() * 0.5);
+        let area = beam.lit_area(area);
         let visible = input.texel_here(bindings.texture(6), 0);
         let lit = b[0] * flat[2] + b[1] * flat[3] + b[2] * flat[4];
-        let mut scale = visible * Lanes::clamp(lit, 0.0, 1.0) / area;
+        let mut scale = visible * Lanes::clamp(lit, 0.0, 1.0) * share / area;
         let ray = beam.ray(b);
         if !PAPER {
             // The section is level: cos θ_obj/cos θ_p is −N·ray, with the ray per metre of depth [decision E1].

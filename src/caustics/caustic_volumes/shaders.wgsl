@@ -11,6 +11,7 @@ struct VolumeUniform {
     sigma_t: vec4<f32>,
 }
 
+@group(0) @binding(0) var<uniform> camera: CameraUniform;
 @group(0) @binding(1) var<uniform> volume: VolumeUniform;
 @group(0) @binding(3) var<storage, read> beams: array<Beam>;
 @group(0) @binding(4) var positions: texture_2d<f32>;
@@ -61,17 +62,28 @@ fn fs(in: Varyings) -> Targets {
         inside = inside && ((side >= 0.0) == positive) == first;
         weight[(i + 2) % 3] = select(-side, side, first);
     }
+    var b = weight * (1.0 / twice_area);
+    var section_area = abs(twice_area) * 0.5;
+    // Around a focus a section is narrower than a pixel.
+    let width = pixel_m_at(camera, here.xyz);
+    var share = 1.0;
+    if is_narrow(corners, twice_area, width) {
+        let needle = needle_of(corners, twice_area, width);
+        share = needle_coverage(needle, at);
+        inside = share > 0.0 && p.y >= volume.shape.x;
+        section_area = abs(needle.twice_area) * 0.5;
+        b = needle_weights(needle, at);
+    }
     if !inside {
         discard;
     }
-    let b = weight * (1.0 / twice_area);
     let below = dot(b, depth);
     let travelled = path_length(beam.d, b, depth);
 
     // F_P = A_gen/A_P times I0 is flux over area, attenuated per wavelength over the distance in water.
-    let area = lit_area(abs(twice_area) * 0.5, beam.flux.w);
+    let area = lit_area(section_area, beam.flux.w);
     let visible = textureLoad(visibilities, at_pixel, 0).r;
-    var scale = visible * clamp(dot(b, in.visibility), 0.0, 1.0) / area;
+    var scale = visible * clamp(dot(b, in.visibility), 0.0, 1.0) * share / area;
     let ray = beam_ray(beam.d, b);
     if !paper {
         scale *= max(-dot(textureLoad(normals, at_pixel, 0).xyz * turned, ray), 0.0);

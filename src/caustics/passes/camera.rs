@@ -58,6 +58,16 @@ impl CameraUniform {
         v2((clip.x * inv_w * 0.5 + 0.5) * self.size_px.x, (-(clip.y * inv_w) * 0.5 + 0.5) * self.size_px.y)
     }
 
+    /// Width of a pixel at a world-space point, m.
+    #[inline(always)]
+    pub fn pixel_m<L: Lanes>(&self, p_ws: V3<L>) -> L {
+        let m = self.clip_from_world.to_cols_array();
+        let per_metre = (m[1] * m[1] + m[5] * m[5] + m[9] * m[9]).sqrt();
+        let p = self.raise(p_ws);
+        let w = p.x * m[3] + p.y * m[7] + p.z * m[11] + m[15];
+        w * (2.0 * self.size_px.w / per_metre)
+    }
+
     /// Unit vector from the eye towards a world-space point.
     #[inline(always)]
     pub fn view_direction<L: Lanes>(&self, p_ws: V3<L>) -> V3<L> {

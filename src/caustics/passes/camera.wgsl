@@ -28,6 +28,15 @@ fn pixel_of(camera: CameraUniform, clip: vec4<f32>) -> vec2<f32> {
     return (vec2<f32>(ndc.x, -ndc.y) * 0.5 + 0.5) * camera.size_px.xy;
 }
 
+// Width of a pixel at a point.
+fn pixel_m_at(camera: CameraUniform, p_ws: vec3<f32>) -> f32 {
+    let m = camera.clip_from_world;
+    let per_metre = sqrt(m[0].y * m[0].y + m[1].y * m[1].y + m[2].y * m[2].y);
+    let p = raise(camera, p_ws);
+    let w = p.x * m[0].w + p.y * m[1].w + p.z * m[2].w + m[3].w;
+    return w * (2.0 * camera.size_px.w / per_metre);
+}
+
 // Unit vector from the eye towards a point.
 fn view_direction(camera: CameraUniform, p_ws: vec3<f32>) -> vec3<f32> {
     let to = p_ws * camera.eye_ws.w - camera.eye_ws.xyz;

@@ -19,7 +19,7 @@ use nephroid_math::noise::Fbm;
 pub struct Ripples {
     /// Largest height in metres, before the scale of the model. 0..=100. Default: 0.01
     pub amplitude_m: f32,
-    /// Size of the largest bumps in metres. 1e-3..=1e5. Default: 0.5
+    /// Size of the largest bumps in metres. 1e-5..=1e5. Default: 0.5
     pub feature_m: f32,
     /// How quickly the bumps change, in lifetimes per second; 0 is still. 0..=1000. Default: 0.5
     pub rate_per_s: f32,
@@ -48,7 +48,7 @@ impl Ripples {
 
     fn validate(&self, field: &str) -> Result<(), WaterError> {
         require(within(self.amplitude_m, 0.0, 100.0), format_args!("{field}.amplitude_m"), self.amplitude_m, "0 ..= 100 m")?;
-        require(within(self.feature_m, 1e-3, 1e5), format_args!("{field}.feature_m"), self.feature_m, "0.001 ..= 100000 m")?;
+        require(within(self.feature_m, 1e-5, 1e5), format_args!("{field}.feature_m"), self.feature_m, "0.00001 ..= 100000 m")?;
         require(within(self.rate_per_s, 0.0, 1e3), format_args!("{field}.rate_per_s"), self.rate_per_s, "0 ..= 1000 1/s")?;
         require((1..=12).contains(&self.octaves), format_args!("{field}.octaves"), self.octaves, "1 ..= 12")
     }
@@ -67,7 +67,7 @@ pub struct CircularCosine {
     pub center_m: Vec2,
     /// Amplitude `a` in metres. −100..=100. Default: 0.04
     pub amplitude_m: f32,
-    /// Distance between rings in metres. 1e-3..=1e5. Default: 1
+    /// Distance between rings in metres. 1e-5..=1e5. Default: 1
     pub wavelength_m: f32,
     /// Phase `φ` in radians. Any finite number. Default: 0
     pub phase_rad: f32,
@@ -138,7 +138,7 @@ pub struct AxisCosine {
     pub axis: Axis,
     /// Amplitude `a` in metres. −100..=100. Default: 0.04
     pub amplitude_m: f32,
-    /// Distance between crests in metres. 1e-3..=1e5. Default: 2
+    /// Distance between crests in metres. 1e-5..=1e5. Default: 2
     pub wavelength_m: f32,
     /// Phase `φ` in radians. Any finite number. Default: 0
     pub phase_rad: f32,
@@ -184,6 +184,6 @@ impl AxisCosine {
 fn validate_wave(scale: f32, amplitude_m: f32, wavelength_m: f32, phase_rad: f32) -> Result<(), WaterError> {
     require(within(scale, 0.0, 100.0), "model.scale", scale, "0 ..= 100")?;
     require(within(amplitude_m, -100.0, 100.0), "model.amplitude_m", amplitude_m, "-100 ..= 100 m")?;
-    require(within(wavelength_m, 1e-3, 1e5), "model.wavelength_m", wavelength_m, "0.001 ..= 100000 m")?;
+    require(within(wavelength_m, 1e-5, 1e5), "model.wavelength_m", wavelength_m, "0.00001 ..= 100000 m")?;
     require(phase_rad.is_finite(), "model.phase_rad", phase_rad, "a finite number of radians")
 }

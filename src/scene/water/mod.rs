@@ -58,7 +58,7 @@ pub const MAX_GRID: u32 = 4096;
 pub struct Water {
     /// World (x, z) of the middle of the surface, in metres. −1e6..=1e6. Default: (0, 0)
     pub center_m: Vec2,
-    /// Extent along x and z, in metres. 1e-3..=1e6. Default: (10, 10)
+    /// Extent along x and z, in metres. 1e-5..=1e6. Default: (10, 10)
     pub size_m: Vec2,
     /// World y of the still surface, in metres. −1e6..=1e6. Default: 0
     pub level_m: f32,
@@ -119,7 +119,7 @@ impl Water {
         let place = |v: Vec2| within(v.x, -1e6, 1e6) && within(v.y, -1e6, 1e6);
         require(place(self.center_m), "center_m", self.center_m, "-1000000 ..= 1000000 m along x and z")?;
         let size = self.size_m;
-        require(within(size.x, 1e-3, 1e6) && within(size.y, 1e-3, 1e6), "size_m", size, "0.001 ..= 1000000 m along x and z")?;
+        require(within(size.x, 1e-5, 1e6) && within(size.y, 1e-5, 1e6), "size_m", size, "0.00001 ..= 1000000 m along x and z")?;
         require(within(self.level_m, -1e6, 1e6), "level_m", self.level_m, "-1000000 ..= 1000000 m")?;
         require(within(self.ior, 0.25, 4.0), "ior", self.ior, "0.25 ..= 4")?;
         if let Some(abbe) = self.abbe {

@@ -61,7 +61,7 @@ pub(super) fn dispersion(wave_number_per_m: f64, depth_m: Option<f64>) -> f64 {
 pub struct PlaneWave {
     /// Amplitude `a` in metres: crests are this far above the mean level. −100..=100. Default: 0.02
     pub amplitude_m: f32,
-    /// Distance between crests in metres, `k = 2π/wavelength`. 1e-3..=1e5. Default: 1
+    /// Distance between crests in metres, `k = 2π/wavelength`. 1e-5..=1e5. Default: 1
     pub wavelength_m: f32,
     /// Direction `d` it travels in, in degrees from +x towards +z. Any finite number. Default: 0
     pub direction_deg: f32,
@@ -104,7 +104,7 @@ impl PlaneWave {
 
     pub(super) fn validate(&self, field: &str) -> Result<(), WaterError> {
         require(within(self.amplitude_m, -100.0, 100.0), format_args!("{field}.amplitude_m"), self.amplitude_m, "-100 ..= 100 m")?;
-        require(within(self.wavelength_m, 1e-3, 1e5), format_args!("{field}.wavelength_m"), self.wavelength_m, "0.001 ..= 100000 m")?;
+        require(within(self.wavelength_m, 1e-5, 1e5), format_args!("{field}.wavelength_m"), self.wavelength_m, "0.00001 ..= 100000 m")?;
         require(self.direction_deg.is_finite(), format_args!("{field}.direction_deg"), self.direction_deg, "a finite number of degrees")?;
         require(self.phase_rad.is_finite(), format_args!("{field}.phase_rad"), self.phase_rad, "a finite number of radians")?;
         self.motion.validate(&format!("{field}.motion"))

@@ -20,7 +20,7 @@ pub struct Drop {
     pub position_m: Vec2,
     /// Radius in metres. 1e-4..=100. Default: 0.06
     pub radius_m: f32,
-    /// Height in metres it fell from. 1e-3..=1e4. Default: 0.5
+    /// Height in metres it fell from. 1e-5..=1e4. Default: 0.5
     pub fall_height_m: f32,
 }
 
@@ -37,7 +37,7 @@ impl Drop {
         let inside = p.cmpge(water.min_ws()).all() && p.cmple(water.max_ws()).all();
         require(inside, format_args!("{field}.position_m"), p, "a point inside the water's extent")?;
         require(within(self.radius_m, 1e-4, 100.0), format_args!("{field}.radius_m"), self.radius_m, "0.0001 ..= 100 m")?;
-        require(within(self.fall_height_m, 1e-3, 1e4), format_args!("{field}.fall_height_m"), self.fall_height_m, "0.001 ..= 10000 m")
+        require(within(self.fall_height_m, 1e-5, 1e4), format_args!("{field}.fall_height_m"), self.fall_height_m, "0.00001 ..= 10000 m")
     }
 }
 
@@ -51,7 +51,7 @@ pub struct Rain {
     pub rate_per_s: f32,
     /// Radius of the largest drops in metres; the smallest are half of it. 1e-4..=1. Default: 0.05
     pub radius_m: f32,
-    /// Height in metres they fall from. 0.01..=1e4. Default: 0.5
+    /// Height in metres they fall from. 1e-5..=1e4. Default: 0.5
     pub fall_height_m: f32,
     /// Which drops: every seed is another rain. Default: 1
     pub seed: u32,
@@ -70,7 +70,7 @@ impl Rain {
     pub(super) fn validate(&self) -> Result<(), WaterError> {
         require(within(self.rate_per_s, 0.0, 1e3), "model.rain.rate_per_s", self.rate_per_s, "0 ..= 1000 1/s")?;
         require(within(self.radius_m, 1e-4, 1.0), "model.rain.radius_m", self.radius_m, "0.0001 ..= 1 m")?;
-        require(within(self.fall_height_m, 0.01, 1e4), "model.rain.fall_height_m", self.fall_height_m, "0.01 ..= 10000 m")
+        require(within(self.fall_height_m, 1e-5, 1e4), "model.rain.fall_height_m", self.fall_height_m, "0.00001 ..= 10000 m")
     }
 
     /// Calls `visit` with every drop that is being taken in at some moment of `start_s..end_s`, in order of index.
@@ -214,7 +214,7 @@ impl ObjectPath {
 pub struct MovingObject {
     /// Shape of its underside. Default: Sphere
     pub shape: ObjectShape,
-    /// Radius in metres. 1e-3..=1e4. Default: 0.5
+    /// Radius in metres. 1e-5..=1e4. Default: 0.5
     pub radius_m: f32,
     /// Depth of its lowest point under the still surface, in metres. 0..=1e4; for a sphere at most its radius. Default: 0.1
     pub draft_m: f32,
@@ -232,7 +232,7 @@ impl Default for MovingObject {
 
 impl MovingObject {
     pub(super) fn validate(&self, field: &str) -> Result<(), WaterError> {
-        require(within(self.radius_m, 1e-3, 1e4), format_args!("{field}.radius_m"), self.radius_m, "0.001 ..= 10000 m")?;
+        require(within(self.radius_m, 1e-5, 1e4), format_args!("{field}.radius_m"), self.radius_m, "0.00001 ..= 10000 m")?;
         let limit = if self.shape == ObjectShape::Sphere { self.radius_m } else { 1e4 };
         require(
             within(self.draft_m, 0.0, limit),

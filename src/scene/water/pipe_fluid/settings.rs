@@ -18,7 +18,7 @@ pub struct FluidSettings {
     /// Columns of water along x and z; `None` is one less than the vertices of the surface grid, the paper's arrangement. 2..=1024; a column may be at most
     /// twice as long as wide. Default: None
     pub cells: Option<(u32, u32)>,
-    /// Depth of the still water in metres, which sets the speed of all waves, `√(g·depth)`; it need not be the depth of the pool. 1e-3..=1e4. Default: 0.25
+    /// Depth of the still water in metres, which sets the speed of all waves, `√(g·depth)`; it need not be the depth of the pool. 1e-5..=1e4. Default: 0.25
     pub depth_m: f32,
     /// Rate at which flows die out, in 1/s: waves lose half of this per second. 0..=100. Default: 0.2
     pub damping_per_s: f32,
@@ -67,7 +67,7 @@ pub enum InitialState {
     Hump {
         /// World (x, z) of its middle, in metres. Any two finite numbers.
         center_m: Vec2,
-        /// Radius `R` in metres. 1e-3..=1e6.
+        /// Radius `R` in metres. 1e-5..=1e6.
         radius_m: f32,
         /// Height `a` in metres; a hollow's is above −depth. −100..=100.
         height_m: f32,
@@ -91,7 +91,7 @@ impl FluidSettings {
         let (columns, rows) = self.cell_counts(water);
         let aspect = (water.size_m.x / columns as f32) / (water.size_m.y / rows as f32);
         require(within(aspect, 0.5, 2.0), "model.cells: length over width of a column", aspect, "0.5 ..= 2")?;
-        require(within(self.depth_m, 1e-3, 1e4), "model.depth_m", self.depth_m, "0.001 ..= 10000 m")?;
+        require(within(self.depth_m, 1e-5, 1e4), "model.depth_m", self.depth_m, "0.00001 ..= 10000 m")?;
         require(within(self.damping_per_s, 0.0, 100.0), "model.damping_per_s", self.damping_per_s, "0 ..= 100 1/s")?;
         self.initial.validate(self.depth_m)?;
         require(self.drops.len() <= 4096, "model.drops: their number", self.drops.len(), "0 ..= 4096")?;
@@ -115,7 +115,7 @@ impl InitialState {
             }
             Self::Hump { center_m, radius_m, height_m } => {
                 require(center_m.is_finite(), "model.initial.center_m", center_m, "two finite numbers of metres")?;
-                require(within(radius_m, 1e-3, 1e6), "model.initial.radius_m", radius_m, "0.001 ..= 1000000 m")?;
+                require(within(radius_m, 1e-5, 1e6), "model.initial.radius_m", radius_m, "0.00001 ..= 1000000 m")?;
                 let valid = within(height_m, -100.0, 100.0) && height_m > -depth_m;
                 require(valid, "model.initial.height_m", height_m, "-100 ..= 100 m, above minus the depth")
             }
