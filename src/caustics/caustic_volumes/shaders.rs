@@ -236,6 +236,7 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         let pixel = camera.pixel_m(p_ws);
         let needles = is_narrow(&corners, double_area, pixel);
         let narrow = needles & is_near(&corners, at, pixel) & p.y.ge(zero.like(volume.shape.x));
+        let middle = inside;
         inside = inside & !needles;
         if !(inside | narrow).any() {
             output.keep = inside;
@@ -287,6 +288,6 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         let direction = v3(direction.x, direction.y * side, direction.z);
         output.color[0] = v4(irradiance.x, irradiance.y, irradiance.z, zero);
         output.color[1] = v4(direction.x, direction.y, direction.z, total);
-        output.color[2] = v4(zero.like(1.0), zero, zero, zero);
+        output.color[2] = v4(L::select(middle, zero.like(1.0), zero), zero, zero, zero);
     }
 }

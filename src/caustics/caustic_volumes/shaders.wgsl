@@ -64,6 +64,7 @@ fn fs(in: Varyings) -> Targets {
     }
     var b = weight * (1.0 / twice_area);
     var section_area = abs(twice_area) * 0.5;
+    let middle = inside;
     // Around a focus a section is narrower than a pixel.
     let width = pixel_m_at(camera, here.xyz);
     var share = 1.0;
@@ -93,5 +94,5 @@ fn fs(in: Varyings) -> Targets {
     }
     let irradiance = beam.flux.rgb * beer_lambert_rgb(volume.sigma_t.rgb, travelled) * scale;
     let total = irradiance.r + irradiance.g + irradiance.b;
-    return Targets(vec4<f32>(irradiance, 0.0), vec4<f32>(-normalize(ray) * turned * total, total), vec4<f32>(1.0, 0.0, 0.0, 0.0));
+    return Targets(vec4<f32>(irradiance, 0.0), vec4<f32>(-normalize(ray) * turned * total, total), vec4<f32>(select(0.0, 1.0, middle), 0.0, 0.0, 0.0));
 }
