@@ -114,6 +114,70 @@ fn flags_change_the_scene_and_the_last_setting_wins() {
     assert_eq!(render(&["--size", "24x16", "--set", "caustic-volumes.radiometry=paper"]), paper);
 }
 
+/// Each frame of a sequence has the bytes of a render of that moment alone.
+#[test]
+fn a_sequence_is_numbered_and_its_frames_are_those_of_their_moments() {
+    let folder = folder();
+    let text = fs::read_to_string(folder.path().join("small.ron")).expect("the scene is there");
+    let moving =
+        text.replacen("lights:", "motion: [(of: LightPosition(0), course: Keys([(0, (0.4, 1, 0)), (1, (-0.4, -0.2, 0.1))]))], lights:", 1);
+    let lamp = "lights: [Point(position: (0, 1, 0), intensity: (9, 9, 9))],";
+    let rest = moving.split_once("lights:").expect("the scene has lights").1;
+    let end = rest.find("],").expect("the lights end") + 2;
+    fs::write(folder.path().join("moving.ron"), moving.replacen(&format!("lights:{}", &rest[..end]), lamp, 1))
+        .expect("the folder is writable");
+
+    let size = ["moving.ron", "--size", "48x32"];
+    succeed(folder.path(), &[&size[..], &["--frames", "3", "--frame-s", "0.5", "-o", "all.exr"]].concat());
+    assert_eq!(files(folder.path()), ["all.0000.exr", "all.0001.exr", "all.0002.exr", "moving.ron", "small.ron"]);
+    let mut seen = Vec::new();
+    for (k, time) in ["0", "0.5", "1"].into_iter().enumerate() {
+        succeed(folder.path(), &[&size[..], &["--time", time, "-o", "one.exr"]].concat());
+        let bytes = |name: &str| fs::read(folder.path().join(name)).expect("it was written");
+        let one = bytes("one.exr");
+        assert!(one == bytes(&format!("all.000{k}.exr")), "frame {k} is not that of {time} s");
+        assert!(!seen.contains(&one), "nothing moved until {time} s");
+        seen.push(one);
+    }
+    for wrong in [
+        &["--frames", "0"][..],
+        &["--frames", "2", "--frame-s=-1"],
+        &["--frames", "2", "--frame-s", "nan"],
+        &["--frame-s", "1e40", "--frames", "2"],
+    ] {
+        let message = program::refuse(folder.path(), &[&["render"], &size[..], wrong].concat());
+        assert!(message.contains(wrong[0]) || message.contains("--frame-s"), "{wrong:?}: {message}");
+    }
+}
+
+/// Without a technique's name, one is taken that draws all of the scene; what a named one does not draw is said in one line, and in the JSON.
+#[test]
+fn the_default_technique_follows_the_scene_and_what_is_not_drawn_is_said() {
+    let folder = folder();
+    let ball = "Scene(camera: Perspective(position: (0, 2, 3), target: (0, 0, 0)), lights: [Directional(aim: Along((0, -1, 0)), irradiance: (1, 1, 1))], objects: [
+        (shape: UvSphere(radius_m: 0.4, slices: 32, stacks: 16), transform: (translate: (0, 0.6, 0)), material: Dielectric(ior: 1.5)), (shape: Grid(size_m: (4, 4)))])";
+    fs::write(folder.path().join("ball.ron"), ball).expect("the folder is writable");
+    let size = ["ball.ron", "--size", "32x24", "--json", "-o", "a.exr"];
+    let report = |arguments: &[&str]| -> (serde_json::Value, String) {
+        let output = run(folder.path(), arguments);
+        assert!(output.status.success(), "{arguments:?}");
+        (serde_json::from_slice(&output.stdout).expect("JSON"), String::from_utf8(output.stderr).expect("text"))
+    };
+    let (json, said) = report(&size);
+    assert_eq!((json["technique"].as_str(), &json["not_drawn"], said.as_str()), (Some("light-volumes"), &serde_json::json!([]), ""));
+    let red = |name: &str| {
+        let layers = image::read(&folder.path().join(name)).expect("a picture").layers;
+        layers.get("caustic_irradiance").expect("the layer").planes()[0].pixels().iter().copied().fold(0.0, f32::max)
+    };
+    assert!(red("a.exr") > 1.0, "no caustic below the ball: {}", red("a.exr"));
+
+    let (json, said) = report(&[&size[..], &["--technique", "caustic-volumes"]].concat());
+    assert_eq!(json["not_drawn"], serde_json::json!(["caustics of mirrors and glass"]));
+    assert_eq!(said, "nephroid: ball.ron: caustic-volumes does not draw caustics of mirrors and glass\n");
+    let (json, said) = report(&["small.ron", "--size", "32x24", "--json", "-o", "b.exr"]);
+    assert_eq!((json["technique"].as_str(), &json["not_drawn"], said.as_str()), (Some("caustic-volumes"), &serde_json::json!([]), ""));
+}
+
 #[test]
 fn bad_input_is_one_message_and_leaves_nothing() {
     for (arguments, expected) in [
