@@ -27,7 +27,7 @@ pub use error::RenderError;
 pub use features::Feature;
 pub use layout::Layout;
 pub use output::{LayerSource, LightMask, Resolve, Tally, TechniqueFrame};
-pub use receivers::{ReceiverGroup, Receivers};
+pub use receivers::{BODIES_TURNED, ReceiverGroup, Receivers};
 pub use renderer::{RenderOptions, Rendered, Renderer};
 pub use table::Techniques;
 pub use technique::{Builder, Technique, Variant};

@@ -9,7 +9,10 @@ use crate::passes::geometry_buffer::ReceiverVertex;
 use nephroid_pipeline::Buffer;
 use nephroid_scene::geom::{Aabb, Mesh};
 use nephroid_scene::water::Water;
-use nephroid_scene::{Light, Material, Object, Scene, SceneError};
+use nephroid_scene::{Light, Material, PlacedMesh, Scene, SceneError};
+
+/// Counter of bodies of glass whose triangles faced in, and were turned over.
+pub const BODIES_TURNED: &str = "bodies_turned";
 
 /// One object's part of the mesh.
 #[derive(Clone, Debug)]
@@ -37,6 +40,8 @@ pub struct Receivers {
     pub bounds: Aabb,
     /// Triangles of the mesh.
     pub triangles: u64,
+    /// Bodies of glass whose triangles faced in, and were turned over.
+    pub turned: u64,
     /// World y of the lowest point beside the water, m; infinite if there is none.
     pub lowest_beside_water_y: f32,
 }
@@ -49,13 +54,15 @@ impl Receivers {
     /// # Errors
     /// If a mesh cannot be made or loaded.
     pub fn new(scene: &Scene, cut_y: Option<f32>) -> Result<Self, SceneError> {
-        let place = |(index, object): (usize, &Object)| Ok(scene.mesh(index)?.transformed(object.transform.world_from_object()));
-        let meshes: Vec<Result<Mesh, SceneError>> = scene.objects.par_iter().enumerate().map(place).collect();
-        let mut all = Mesh::default();
+        let place = |index: usize| scene.placed_mesh(index);
+        let meshes: Vec<Result<PlacedMesh, SceneError>> = (0..scene.objects.len()).into_par_iter().map(place).collect();
+        let (mut all, mut turned) = (Mesh::default(), 0);
         let mut groups = Vec::new();
         for (object, mesh) in scene.objects.iter().zip(meshes) {
             let first = all.indices.len() as u32;
-            append(&mut all, &mesh?, cut_y);
+            let placed = mesh?;
+            turned += u64::from(placed.turned);
+            append(&mut all, &placed.mesh, cut_y);
             let indices = first..all.indices.len() as u32;
             let heights = all.indices[first as usize..].iter().map(|&i| all.positions[i as usize].y);
             let top_y = heights.fold(f32::NEG_INFINITY, f32::max);
@@ -69,7 +76,18 @@ impl Receivers {
             triangles: all.triangle_count() as u64,
             lowest_beside_water_y: scene.water.as_ref().map_or(f32::INFINITY, |water| lowest_beside(&all, water)),
             mesh: all,
+            turned,
         })
+    }
+
+    /// Name and value of what is counted of a scene's objects.
+    #[must_use]
+    pub fn counters(&self) -> Vec<(String, u64)> {
+        let mut counters = vec![("receiver_triangles".to_owned(), self.triangles)];
+        if self.turned > 0 {
+            counters.push((BODIES_TURNED.to_owned(), self.turned));
+        }
+        counters
     }
 
     /// The groups that can cast a shadow of this light on a point above water or on the water surface. Light from above that passes an object wholly

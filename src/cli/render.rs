@@ -8,7 +8,7 @@ use anyhow::{Context as _, bail, ensure};
 use clap::ValueEnum;
 use serde::Serialize;
 
-use crate::caustics::Techniques;
+use crate::caustics::{BODIES_TURNED, Techniques};
 use crate::cli::args::{self, ImageSize, SettingArgument};
 use crate::cli::files::{self, Format, Output};
 use crate::cli::progress::Progress;
@@ -229,6 +229,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<()> {
     let progress = Progress::new(u64::from(count) * (1 + args.outputs.len() as u64));
     let mut reports = Vec::new();
     let mut text = String::new();
+    let mut turned = 0;
     pool.install(|| -> anyhow::Result<()> {
         let mut frames = Frames::new(&args.request, &prepared, args.driver.as_ref().map(Option::as_deref))?;
         let mut start = start;
@@ -236,6 +237,9 @@ pub fn run(args: &HiArgs) -> anyhow::Result<()> {
             progress.step(format!("rendering {}", args.request.scene.display()));
             let rendering = frames.render(number as f32 * step_s)?;
             progress.done();
+            if number == 0 {
+                turned = rendering.counters.iter().find(|(name, _)| name == BODIES_TURNED).map_or(0, |(_, count)| *count);
+            }
             let outputs: Vec<Output> = args.outputs.iter().map(|output| output.of_frame(number, count)).collect();
             write_all(&rendering, &outputs, &progress)?;
             let seconds = start.elapsed().as_secs_f64();
@@ -251,6 +255,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<()> {
     })?;
     drop(progress);
     renderer::warn(&args.request.scene, prepared.technique, &prepared.not_drawn);
+    renderer::warn_of_turned(&args.request.scene, turned);
     match (args.json, count) {
         (false, _) => output::text(&text)?,
         (true, 1) => output::json(&reports[0])?,

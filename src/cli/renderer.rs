@@ -134,6 +134,13 @@ pub fn warn(scene: &Path, technique: &str, not_drawn: &[&str]) {
     }
 }
 
+/// Says on the standard error that bodies of glass were turned over; nothing if none was.
+pub fn warn_of_turned(scene: &Path, count: u64) {
+    if count > 0 {
+        output::note(&format!("{}: bodies of glass whose triangles face in were turned over: {count}", scene.display()));
+    }
+}
+
 /// Loads a scene and applies overrides in the order of the arguments.
 ///
 /// # Errors

@@ -47,7 +47,7 @@ pub use light::{Aim, Incident, Light, MAX_LIGHTS, spot_falloff};
 pub use load::{MAX_FILE_BYTES, SceneError, load, parse, parse_bytes};
 pub use material::{Albedo, MAX_TILE_COLOURS, Material};
 pub use medium::Medium;
-pub use mesh::ObjectError;
+pub use mesh::{ObjectError, PlacedMesh};
 pub use motion::{Course, MAX_MOTIONS, Motion, Moving};
 pub use names::nearest;
 pub use object::{Object, Transform};

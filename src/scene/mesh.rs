@@ -2,12 +2,15 @@
 
 use std::path::Path as FilePath;
 
+use glam::Vec3;
+
 use crate::geom::Mesh;
 use crate::geom::shapes::ShapeError;
 
 use super::check::At;
 use super::description::Scene;
 use super::load::SceneError;
+use super::material::Material;
 use super::mesh_file::{MeshFileError, MeshLimits, read_named_mesh};
 use super::object::Object;
 use super::shape::Shape;
@@ -34,6 +37,18 @@ impl Object {
     }
 }
 
+/// Largest coordinate of a placed mesh, m: beyond it, areas and volumes are no longer numbers.
+const MAX_COORDINATE_M: f32 = 1e9;
+
+/// An object's mesh in world space.
+#[derive(Clone, Debug)]
+pub struct PlacedMesh {
+    /// The mesh; that of glass is closed, and its triangles face out.
+    pub mesh: Mesh,
+    /// Whether its triangles faced in, and were turned over.
+    pub turned: bool,
+}
+
 /// Bytes of a triangle in a mesh file, at least: a binary one has 12 of indices and half a vertex.
 const FILE_BYTES_PER_TRIANGLE: u64 = 18;
 
@@ -55,9 +70,52 @@ impl Scene {
     /// An index past the last object gives an empty mesh.
     pub fn mesh(&self, index: usize) -> Result<Mesh, SceneError> {
         let Some(object) = self.objects.get(index) else { return Ok(Mesh::default()) };
-        object.mesh(&self.source.base_dir).map_err(|error| {
-            let objects = At::ROOT.field("objects");
-            self.source.mesh_error(objects.index(index).field("shape").path(), error.to_string())
-        })
+        object.mesh(&self.source.base_dir).map_err(|error| self.unfit(index, error.to_string()))
+    }
+
+    /// The mesh of object `index`, in world space, fit for light: whoever follows light takes meshes from here, so that all refuse the same ones. Glass
+    /// that faces in is turned over.
+    ///
+    /// # Errors
+    /// As [`Self::mesh`]; if a coordinate is too large; if glass is not closed or its triangles disagree about the outside.
+    pub fn placed_mesh(&self, index: usize) -> Result<PlacedMesh, SceneError> {
+        let Some(object) = self.objects.get(index) else { return Ok(PlacedMesh { mesh: Mesh::default(), turned: false }) };
+        let mut mesh = self.mesh(index)?.transformed(object.transform.world_from_object());
+        let reasonable = |p: &Vec3| p.abs().max_element() <= MAX_COORDINATE_M;
+        if let Some(p) = mesh.positions.iter().find(|p| !reasonable(p)) {
+            let cause = format!(
+                "{} has a vertex at ({}, {}, {}), expected coordinates of -1e9 ..= 1e9 m",
+                object.display_name(index),
+                p.x,
+                p.y,
+                p.z
+            );
+            return Err(self.unfit(index, cause));
+        }
+        if !matches!(object.material, Material::Dielectric { .. }) {
+            return Ok(PlacedMesh { mesh, turned: false });
+        }
+        let report = mesh.edge_report();
+        if !report.is_closed() {
+            let cause = format!(
+                "{} is glass, but its mesh is open: {} edges have one triangle only, {} have more than two, {} join triangles of opposite \
+                 orientation; a closed mesh is needed",
+                object.display_name(index),
+                report.border_count,
+                report.non_manifold_count,
+                report.inconsistent_count,
+            );
+            return Err(self.unfit(index, cause));
+        }
+        let turned = mesh.signed_volume() < 0.0;
+        if turned {
+            mesh.indices.chunks_exact_mut(3).for_each(|triangle| triangle.swap(1, 2));
+            mesh.normals.iter_mut().for_each(|normal| *normal = -*normal);
+        }
+        Ok(PlacedMesh { mesh, turned })
+    }
+
+    fn unfit(&self, index: usize, cause: String) -> SceneError {
+        self.source.mesh_error(At::ROOT.field("objects").index(index).field("shape").path(), cause)
     }
 }

@@ -14,21 +14,6 @@ pub enum TraceError {
     /// The scene has nothing that makes a caustic.
     #[error("the scene has no caustics to trace: it needs a light, and water, a mirror or glass that the light can reach")]
     NothingSpecular,
-    /// A glass object whose surface is not closed.
-    #[error(
-        "{object} is glass, but its mesh is open: {border} edges have one triangle only, {crowded} have more than two, {twisted} join \
-         triangles of opposite orientation; a closed mesh is needed"
-    )]
-    OpenGlass {
-        /// Name of the object.
-        object: String,
-        /// Number of edges with one triangle.
-        border: usize,
-        /// Number of edges with three or more triangles.
-        crowded: usize,
-        /// Number of edges whose triangles disagree about the outside.
-        twisted: usize,
-    },
     /// A light inside of a closed object.
     #[error("light {light} at ({}, {}, {}) is inside {object}; it must be outside of all closed objects", .position[0], .position[1], .position[2])]
     LightInside {

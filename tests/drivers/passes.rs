@@ -28,7 +28,7 @@ fn compare(gpu: &Gpu, on_cpu: &Frame, on_gpu: &Frame, mode: Mode) -> Report {
     let device = Device::new(DeviceOptions::default()).expect("threads start");
     let rules = gpu.adapter().family().candidates()[0].1;
     let [on_cpu, on_gpu] = [on_cpu, on_gpu].map(|frame| Frame { rules, ..frame.clone() });
-    crosscheck(gpu, &device, &on_cpu, &on_gpu, mode, nephroid::caustics::bounds::SHARED, |_, _| {}).expect("the frame runs")
+    crosscheck(gpu, &device, &on_cpu, &on_gpu, mode, &nephroid::caustics::TECHNIQUES.bounds(""), |_, _| {}).expect("the frame runs")
 }
 
 #[test]

@@ -12,6 +12,8 @@ use nephroid::{
 };
 use proptest::prelude::*;
 
+use crate::support::program;
+
 const SMALL: MeshLimits = MeshLimits { max_vertices: 10_000, max_triangles: 20_000, max_file_bytes: 1 << 20 };
 
 fn read_ply(bytes: impl AsRef<[u8]>) -> Result<Mesh, MeshFileError> {
@@ -865,5 +867,71 @@ proptest! {
         let bin = interleaved().buffer;
         let text = text.replacen("\"buffers\":[{", &format!("\"buffers\":[{{\"uri\":\"data:;base64,{}\",", base64(&bin)), 1);
         let _ = read_gltf(text);
+    }
+}
+
+/// A tetrahedron of glass over a floor, as a PLY file with these corners of its four triangles.
+fn glass_scene(folder: &Path, name: &str, triangles: &str, far: &str) {
+    let count = triangles.lines().count();
+    let ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face {count}\nproperty list uchar int \
+         vertex_indices\nend_header\n{far} 0.3 0\n-0.3 0.3 0.4\n-0.3 0.3 -0.4\n0 0.8 0\n{triangles}\n"
+    );
+    fs::write(folder.join(format!("{name}.ply")), ply).expect("the folder is writable");
+    let scene = format!(
+        "Scene(\n image: (width: 32, height: 32),\n camera: Orthographic(position: (0, 3, 0), target: (0, 0, 0), up: (0, 0, -1), height_m: 2, near_m: 0.5, far_m: 10),\n \
+         lights: [Directional(aim: Along((0.1, -1, 0.05)), irradiance: (1, 1, 1))],\n objects: [(shape: Grid(size_m: (4, 4))),\n (name: \"prism\", shape: \
+         Mesh(\"{name}.ply\"), material: Dielectric(ior: 1.5))])"
+    );
+    fs::write(folder.join(format!("{name}.ron")), scene).expect("the folder is writable");
+}
+
+/// Glass is one rule for all who follow light: what is open or disagrees about its outside is refused with its place, what faces in is turned over and said.
+#[test]
+fn glass_is_checked_alike_by_techniques_and_tracer() {
+    const OUT: &str = "3 0 1 2\n3 0 3 1\n3 1 3 2\n3 2 3 0";
+    const IN: &str = "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3";
+    const MIXED: &str = "3 0 1 2\n3 0 1 3\n3 1 2 3\n3 2 0 3";
+    const OPEN: &str = "3 0 1 3\n3 1 2 3\n3 2 0 3";
+    const FIN: &str = "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n3 0 1 3";
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = folder.path();
+    for (name, triangles, far) in
+        [("out", OUT, "0.4"), ("in", IN, "0.4"), ("mixed", MIXED, "0.4"), ("open", OPEN, "0.4"), ("fin", FIN, "0.4"), ("huge", OUT, "1e38")]
+    {
+        glass_scene(folder, name, triangles, far);
+    }
+    let verbs: [&[&str]; 4] = [
+        &["render", "--technique", "light-volumes", "-o", "a.exr"],
+        &["render", "--technique", "splatting", "-o", "a.exr"],
+        &["render", "--technique", "caustic-volumes", "-o", "a.exr"],
+        &["trace", "--photons", "1k", "-o", "a.exr"],
+    ];
+    for (scene, expected) in [
+        ("mixed.ron", "prism is glass, but its mesh is open: 0 edges have one triangle only, 0 have more than two, 3 join"),
+        ("open.ron", "prism is glass, but its mesh is open: 3 edges"),
+        ("fin.ron", "prism is glass, but its mesh is open: "),
+        ("huge.ron", "prism has a vertex at (1"),
+    ] {
+        for verb in verbs {
+            let message = program::refuse(folder, &[&[verb[0], scene], &verb[1..]].concat());
+            assert!(message.contains(expected) && message.contains(&format!("{scene}:6:")), "{verb:?}: {message}");
+        }
+    }
+    for technique in ["light-volumes", "splatting"] {
+        let render = |scene: &str, file: &str| {
+            let output = program::run(folder, &["render", scene, "--technique", technique, "--layers", "caustic_irradiance", "-o", file]);
+            assert!(output.status.success(), "{technique}, {scene}");
+            String::from_utf8(output.stderr).expect("text")
+        };
+        assert_eq!(render("out.ron", "out.exr"), "");
+        assert_eq!(render("in.ron", "in.exr"), "nephroid: in.ron: bodies of glass whose triangles face in were turned over: 1\n");
+        let light = |file: &str| -> Vec<f32> {
+            let layers = nephroid::image::read(&folder.join(file)).expect("a picture").layers;
+            layers.get("caustic_irradiance").expect("the layer").planes()[0].pixels().to_vec()
+        };
+        let (out, turned) = (light("out.exr"), light("in.exr"));
+        let sum = |light: &[f32]| light.iter().map(|&e| f64::from(e)).sum::<f64>();
+        assert!(sum(&out) > 1.0 && (sum(&turned) / sum(&out) - 1.0).abs() < 1e-3, "{technique}: {} {}", sum(&out), sum(&turned));
     }
 }

@@ -11,11 +11,11 @@ use crate::waterside::{Seen, edited, text_of};
 
 /// The text of a scene with all lengths and places times a number, and the intensity of lamps times its square, so that it looks the same.
 fn scaled(text: &str, scale: f64) -> String {
-    let power = |key: &str| match key {
-        _ if key.ends_with("_m") => 1,
-        "position" | "target" | "translate" => 1,
-        "intensity" => 2,
-        _ => 0,
+    let factor = |key: &str| match key {
+        _ if key.ends_with("_m") => Some(scale),
+        "position" | "target" | "translate" => Some(scale),
+        "intensity" => Some(scale * scale),
+        _ => None,
     };
     let text: String = text.lines().map(|line| line.split("//").next().unwrap_or_default()).flat_map(|line| [line, "\n"]).collect();
     let (mut out, mut rest) = (String::new(), text.as_str());
@@ -31,10 +31,10 @@ fn scaled(text: &str, scale: f64) -> String {
                 depth < 0 || depth == 0 && (c == ',' || c == '\n')
             })
             .unwrap_or(after.len());
-        if power(key) == 0 {
+        let Some(factor) = factor(key) else {
             rest = after;
             continue;
-        }
+        };
         let mut number = String::new();
         for c in after[..end].chars().chain([' ']) {
             if c.is_ascii_digit() || "+-.e".contains(c) {
@@ -42,7 +42,7 @@ fn scaled(text: &str, scale: f64) -> String {
             } else {
                 if !number.is_empty() {
                     let value: f64 = number.parse().unwrap_or_else(|_| panic!("{key}: {number}"));
-                    out.push_str(&format!("{:e}", value * scale.powi(power(key))));
+                    out.push_str(&format!("{:e}", value * factor));
                     number.clear();
                 }
                 out.push(c);

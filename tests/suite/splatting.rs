@@ -378,17 +378,6 @@ fn exact_photons_account_for_their_light_in_bodies_within_bodies() {
     assert!(off(&one, &two) < 0.02 && off(&one, &three) > 0.2, "{} {}", off(&one, &two), off(&one, &three));
 }
 
-/// A sheet of glass has no back face: light that meets it is counted, not guessed.
-#[test]
-fn open_glass_is_counted() {
-    let mut scene = scene("ball.ron", (16, 16));
-    scene.objects[1].shape = Shape::Grid(nephroid::geom::shapes::Grid { size_m: glam::Vec2::splat(0.5), ..Default::default() });
-    settings(&mut scene).photons = 32;
-    let rendered = render(&scene, &["caustic_irradiance"]);
-    assert!(counter(&rendered, "photons_in_open_glass") > 500, "{:?}", rendered.counters);
-    assert_eq!(audit(&rendered, "photons_landed"), 0.0);
-}
-
 /// The mean of maps with shifted grids has less noise and the same light; in a sequence of frames it is what a single frame has.
 #[test]
 fn maps_of_several_frames_are_smoother_and_do_not_depend_on_what_was_drawn_before() {

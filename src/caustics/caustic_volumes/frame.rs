@@ -69,11 +69,11 @@ pub fn build(
 
 fn counters(receivers: &Receivers, beams: &[LightBeams]) -> Vec<(String, u64)> {
     let entry = |name: &str, count| (name.to_owned(), count);
-    vec![
-        entry("receiver_triangles", receivers.triangles),
+    let beams = [
         entry("beams", beams.iter().map(|l| l.beams.len() as u64).sum()),
         entry("beams_dark", beams.iter().map(|l| l.dark).sum()),
-    ]
+    ];
+    [receivers.counters(), beams.into()].concat()
 }
 
 /// Slack of the volumes in metres per unit of clip w: the size of a sixteenth of a pixel.

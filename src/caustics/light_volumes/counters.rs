@@ -46,8 +46,7 @@ impl Counters {
     #[must_use]
     pub fn named(&self, receivers: &Receivers, beams: &[LightBeams]) -> Vec<(String, u64)> {
         let CullStatistics { out_of_view, missed, clamped, drawn, beam_tests, node_tests } = self.culling;
-        [
-            ("receiver_triangles", receivers.triangles),
+        let own = [
             ("beams", beams.iter().map(|l| l.beams.len() as u64).sum()),
             ("beams_dark", beams.iter().map(|l| l.dark).sum()),
             ("beams_in_shadow", self.beams_shadowed),
@@ -61,9 +60,8 @@ impl Counters {
             ("shadow_queries", self.queries),
             ("leaves_culled", self.leaves_culled),
             ("boxes_hidden", self.boxes_hidden),
-        ]
-        .map(|(name, count)| (name.to_owned(), count))
-        .to_vec()
+        ];
+        [receivers.counters(), own.map(|(name, count)| (name.to_owned(), count)).into()].concat()
     }
 }
 

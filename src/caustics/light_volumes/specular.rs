@@ -44,7 +44,7 @@ impl Specular {
         }
         let (mut meshes, mut generators) = (Vec::new(), Vec::new());
         for (index, object) in scene.objects.iter().enumerate() {
-            let mesh = scene.mesh(index)?.transformed(object.transform.world_from_object());
+            let mesh = scene.placed_mesh(index)?.mesh;
             if is_specular(&object.material) {
                 let size = mesh.bounds().size().max_element();
                 let fine = mesh.tessellated((edge * size).max(f32::MIN_POSITIVE), MAX_BEAMS as usize);

@@ -170,7 +170,7 @@ impl FittedView {
         let most = farthest.iter().copied().fold(0.0, f32::max);
         let seen = |side: usize| farthest[side] > 0.0 || side == side_of(towards);
         let view = |side: usize| {
-            let axis_ws = Vec3::AXES[side / 2] * if side % 2 == 0 { 1.0 } else { -1.0 };
+            let axis_ws = Vec3::AXES[side / 2] * if side.is_multiple_of(2) { 1.0 } else { -1.0 };
             let up_ws = if side / 2 == 1 { Vec3::X } else { Vec3::Y };
             let (near_m, far_m) = (most * LEAST_NEAR * 0.1, most * (1.0 + 10.0 * SLACK));
             let pyramid = Pyramid { position_ws, axis_ws, up_ws, fov_y_rad: std::f32::consts::FRAC_PI_2, aspect: 1.0, near_m, far_m };

@@ -51,7 +51,7 @@ impl Shared {
     pub fn new(scene: &Scene, settings: &Splatting) -> Result<Self, RenderError> {
         let receivers = Receivers::new(scene, cut_level(scene, settings.eye_refraction))?;
         let meshes = scene.objects.iter().enumerate().map(|(index, object)| {
-            let mesh = scene.mesh(index)?.transformed(object.transform.world_from_object());
+            let mesh = scene.placed_mesh(index)?.mesh;
             Ok((mesh, object.material.clone()))
         });
         let surfaces = Surfaces::new(meshes.collect::<Result<_, RenderError>>()?);
@@ -149,7 +149,7 @@ pub fn build(scene: &Scene, shared: &Shared, moments: &[Moment], settings: &Spla
         pass.gather(builder, &map, texture, &targets);
         Ok(())
     })?;
-    let (counters, audit) = totals.named(shared.receivers.triangles);
+    let (counters, audit) = totals.named(&shared.receivers);
     Ok(TechniqueFrame { counters, audit, tallies, ..builder.finish(targets.contributions()) })
 }
 

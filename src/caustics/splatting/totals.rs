@@ -2,6 +2,7 @@
 
 use super::exact::LightSums;
 use super::photons::Fate;
+use crate::receivers::Receivers;
 use crate::tally::Named;
 
 /// What is counted while the frame is built.
@@ -34,14 +35,14 @@ pub(super) struct ExactTotals {
 }
 
 impl Totals {
-    pub fn named(&self, triangles: u64) -> (Named<u64>, Named<f64>) {
-        let mut counters = vec![
-            ("receiver_triangles".to_owned(), triangles),
+    pub fn named(&self, receivers: &Receivers) -> (Named<u64>, Named<f64>) {
+        let mut counters = receivers.counters();
+        counters.extend([
             ("photon_rays".to_owned(), self.rays),
             ("lights_without_caustics".to_owned(), self.dark),
             ("lights_amid_the_scene".to_owned(), self.fitted),
             ("maps_of_parallel_rays".to_owned(), self.parallel),
-        ];
+        ]);
         let mut audit = Vec::new();
         if let Some(exact) = &self.exact {
             let count = |name: &str, count| (name.to_owned(), count);

@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::{MAX_LENGTH_M, Scene, SceneError};
+use crate::{Scene, SceneError};
 
 crate::choices! {
     /// A choice of two words.
