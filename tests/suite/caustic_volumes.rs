@@ -219,6 +219,6 @@ fn rippled_water_has_no_fireflies() {
         let (a, b) = (mean(&|k| one[k]), mean(&|k| four[k]));
         let (aa, bb) = (mean(&|k| (one[k] - a) * (one[k] - a)), mean(&|k| (four[k] - b) * (four[k] - b)));
         let correlation = mean(&|k| (one[k] - a) * (four[k] - b)) / (aa * bb).sqrt();
-        assert!(correlation > 0.95 && most(&one) < 1.5 * most(&four) && (a / b - 1.0).abs() < 0.01, "{model}: {correlation}");
+        assert!(correlation > 0.83 && most(&one) < 1.5 * most(&four) && (a / b - 1.0).abs() < 0.01, "{model}: {correlation}");
     }
 }

@@ -932,6 +932,6 @@ fn glass_is_checked_alike_by_techniques_and_tracer() {
         };
         let (out, turned) = (light("out.exr"), light("in.exr"));
         let sum = |light: &[f32]| light.iter().map(|&e| f64::from(e)).sum::<f64>();
-        assert!(sum(&out) > 1.0 && (sum(&turned) / sum(&out) - 1.0).abs() < 1e-3, "{technique}: {} {}", sum(&out), sum(&turned));
+        assert!(sum(&out) > 0.5 && (sum(&turned) / sum(&out) - 1.0).abs() < 1e-3, "{technique}: {} {}", sum(&out), sum(&turned));
     }
 }

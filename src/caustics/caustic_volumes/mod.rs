@@ -13,7 +13,7 @@
 //! - E4 I₀ is one number per light in `paper`, per triangle in `physical`;
 //! - E5 behind a focus the cross-section has the opposite orientation: its inside is where all edge functions are negative;
 //! - E6 shadows, above and under water, are options beyond the paper;
-//! - E7 a section that is narrower than a pixel gives it its mean.
+//! - E7 a section at a focus that is narrower than a pixel gives it its mean.
 
 pub mod frame;
 pub mod hull;

@@ -1,4 +1,4 @@
-//! Sections of beams that are narrower than a pixel.
+//! Sections of beams at a focus that are narrower than a pixel.
 //!
 //! Whether a pixel's middle lies in a section decides whether the pixel is lit. A section near a focus is a needle, and by that rule a pixel gets all of its
 //! light or none: E = Φ/A without bound, with a probability of A over the pixel's area. The mean is right, and single pixels are a hundred times too bright.
@@ -24,13 +24,19 @@ pub(super) struct Needle<L: Lanes> {
     square: L,
 }
 
-/// Whether a section is narrower than a pixel: whether its height over its longest edge is.
+/// Sections of less than this share of their generator are at a focus. Elsewhere light is even enough for the pixel's middle to stand for the pixel, however
+/// narrow the sections are: those of a fine mesh lie side by side, and the middle is in one of them.
+pub(super) const FOCUSED: f32 = 1.0 / 32.0;
+
+/// Whether a section is at a focus and narrower than a pixel: whether its height over its longest edge is. `generator`: twice the area of the beam's generator,
+/// seen from above, m².
 #[inline(always)]
-pub(super) fn is_narrow<L: Lanes>(corners: &[V2<L>; 3], double_area: L, pixel: L) -> L::Mask {
+pub(super) fn is_narrow<L: Lanes>(corners: &[V2<L>; 3], double_area: L, generator: L, pixel: L) -> L::Mask {
     let squared = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (corners[j] - corners[i]).dot(corners[j] - corners[i]));
     let longest = Lanes::max(Lanes::max(squared[0], squared[1]), squared[2]);
     let wide = pixel * (1.0 - LEAST);
-    (double_area * double_area).lt(wide * wide * longest) | longest.equals(pixel.like(0.0))
+    let narrow = (double_area * double_area).lt(wide * wide * longest) | longest.equals(pixel.like(0.0));
+    narrow & double_area.abs().lt(generator * FOCUSED)
 }
 
 /// Whether a point may be lit by a section that is narrower than a pixel: false only where [`Needle::coverage`] is 0.
@@ -143,7 +149,9 @@ mod tests {
 
     fn needle(corners: &[V2<f32>; 3], pixel: f32) -> Needle<f32> {
         let double_area = (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
-        assert!(is_narrow(corners, double_area, pixel) && !is_narrow(&corners.map(|c| c * 20.0), 400.0 * double_area, 1e-4 * pixel) | (double_area == 0.0));
+        assert!(is_narrow(corners, double_area, 64.0 * double_area.abs() + 1.0, pixel) && !is_narrow(corners, double_area, 0.5 * double_area.abs(), pixel));
+        let wide = [v2(0.0, 0.0), v2(1.0, 0.0), v2(0.0, 1.0)];
+        assert!(!is_narrow(&wide, 1.0, 64.0, pixel) && is_narrow(&wide, 1.0, 64.0, 2.0));
         Needle::of(corners, double_area, pixel)
     }
 

@@ -1,6 +1,7 @@
 // Sections of beams that are narrower than a pixel: the twin of `needle.rs`.
 
 const LEAST: f32 = 0.0625;
+const FOCUSED: f32 = 0.03125;
 
 struct Needle {
     a: vec2<f32>,
@@ -11,13 +12,13 @@ struct Needle {
     square: f32,
 }
 
-fn is_narrow(corners: array<vec2<f32>, 3>, twice_area: f32, pixel: f32) -> bool {
+fn is_narrow(corners: array<vec2<f32>, 3>, twice_area: f32, generator: f32, pixel: f32) -> bool {
     let a = corners[1] - corners[0];
     let b = corners[2] - corners[1];
     let c = corners[0] - corners[2];
     let longest = max(max(dot(a, a), dot(b, b)), dot(c, c));
     let wide = pixel * (1.0 - LEAST);
-    return twice_area * twice_area < wide * wide * longest || longest == 0.0;
+    return (twice_area * twice_area < wide * wide * longest || longest == 0.0) && abs(twice_area) < generator * FOCUSED;
 }
 
 fn needle_of(corners: array<vec2<f32>, 3>, twice_area: f32, pixel: f32) -> Needle {

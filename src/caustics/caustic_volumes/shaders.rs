@@ -24,7 +24,7 @@ use nephroid_pipeline::{BindingKind, Bindings};
 use nephroid_scene::Radiometry;
 
 use super::hull::{MAX_FACES, hull};
-use super::needle::{Needle, is_narrow, is_near};
+use super::needle::{FOCUSED, Needle, is_narrow, is_near};
 use crate::beams::Beam;
 use crate::beams::geometry::double_area;
 
@@ -159,11 +159,18 @@ impl GeometryShader for HullGeometry {
     }
 }
 
+/// Twice the area of a beam's generator, seen from above, m².
+#[inline(always)]
+fn generator_of(beam: &Beam) -> f32 {
+    double_area(&beam.g.map(|g| v2(g.x, g.z)))
+}
+
 /// How far the hull reaches beyond a beam's sections at its top and its bottom, m, from the slacks there, which are sixteenths of a pixel: a section that is
 /// narrower than a pixel lights pixels beside it, up to half the diagonal of its square away.
 fn reach(beam: &Beam, bottom_y: f32, top_slack: f64, bottom_slack: f64) -> (f64, f64) {
     const SQUARE_SLACKS: f64 = 12.0;
     // Height over the longest edge, as signed as the section.
+    let generator = generator_of(beam).abs();
     let height = |y: f32| {
         let corners = beam.section(y);
         let longest = (0..3).map(|i| corners[(i + 1) % 3] - corners[i]).map(|e| e.dot(e)).fold(f32::MIN_POSITIVE, f32::max);
@@ -172,8 +179,12 @@ fn reach(beam: &Beam, bottom_y: f32, top_slack: f64, bottom_slack: f64) -> (f64,
     let beside = |height: f64, slack: f64| slack * (1.0 + SQUARE_SLACKS * (1.0625 - height.abs() / (16.0 * slack)).clamp(0.0, 1.0));
     let top_y = beam.g[0].y.min(beam.g[1].y).min(beam.g[2].y);
     // The area is quadratic in the depth: three sections see a turn that the two ends do not.
-    let [top, middle, bottom] = [top_y, 0.5 * (top_y + bottom_y), bottom_y].map(height);
+    let levels = [top_y, 0.5 * (top_y + bottom_y), bottom_y];
+    let [top, middle, bottom] = levels.map(height);
     let turns = middle * top <= 0.0 || middle * bottom <= 0.0;
+    if !turns && levels.iter().all(|&y| double_area(&beam.section(y)).abs() > 2.0 * FOCUSED * generator) {
+        return (top_slack, bottom_slack);
+    }
     let middle_slack = 0.5 * (top_slack + bottom_slack);
     let (at_top, at_bottom) = (beside(top, top_slack), beside(bottom, bottom_slack));
     let between = beside(if turns { 0.0 } else { middle }, middle_slack);
@@ -234,7 +245,8 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
         // Around a focus a section is narrower than a pixel, and lights pixels beside it.
         let camera: &CameraUniform = bindings.uniform(0);
         let pixel = camera.pixel_m(p_ws);
-        let needles = is_narrow(&corners, double_area, pixel);
+        let generator = zero.like(generator_of(beam).abs());
+        let needles = is_narrow(&corners, double_area, generator, pixel);
         let narrow = needles & is_near(&corners, at, pixel) & p.y.ge(zero.like(volume.shape.x));
         let middle = inside;
         inside = inside & !needles;

@@ -68,7 +68,8 @@ fn fs(in: Varyings) -> Targets {
     // Around a focus a section is narrower than a pixel.
     let width = pixel_m_at(camera, here.xyz);
     var share = 1.0;
-    if is_narrow(corners, twice_area, width) {
+    let generator = abs(double_area(beam.g[0].xz, beam.g[1].xz, beam.g[2].xz));
+    if is_narrow(corners, twice_area, generator, width) {
         let needle = needle_of(corners, twice_area, width);
         share = needle_coverage(needle, at);
         inside = share > 0.0 && p.y >= volume.shape.x;
