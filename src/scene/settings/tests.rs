@@ -78,7 +78,7 @@ fn rows_tell_what_they_are() {
     let allowed = |name: &str| (row(name).field)(Paint::DEFAULTS).unwrap().allowed((row(name).limits)()).to_string();
     assert_eq!(allowed("brush"), "one of flat_brush, roller");
     assert_eq!(allowed("grid"), "none, or COLUMNSxROWS with each from 2 to 4096");
-    assert_eq!(allowed("depth_below_floor"), "a number from 0 to 1e3");
+    assert_eq!(allowed("depth_below_floor"), "a number from 0 to 1000");
     assert_eq!(allowed("coats"), "a whole number from 1 to 9");
     assert_eq!(allowed("drops"), "COLUMNSxROWS, each from 1 to 64");
     assert_eq!(allowed("dries"), "true or false");
@@ -126,7 +126,7 @@ fn errors_in_files_name_the_place_the_value_and_the_values_allowed() {
         ("(paint: (drops: (1)))", 16, "techniques.paint.drops: found `(1)`, expected a tuple of size 2"),
         (
             "(paint: (depth_below_floor: -1))",
-            30,
+            28,
             "techniques.paint.depth_below_floor: found -1, expected a number from 0 to 1000 of the depth",
         ),
         (
