@@ -114,12 +114,17 @@ fn frame() -> Frame {
     frame
 }
 
-/// Compares, and if something differs finds out where it starts.
+/// [`compare_as`] with the bounds of shared passes alone.
 fn compare(gpu: &Gpu, on_cpu: &Frame, on_gpu: &Frame, mode: Mode) -> (Report, Option<Located>) {
+    compare_as("", gpu, on_cpu, on_gpu, mode)
+}
+
+/// Compares, and if something differs finds out where it starts.
+fn compare_as(technique: &str, gpu: &Gpu, on_cpu: &Frame, on_gpu: &Frame, mode: Mode) -> (Report, Option<Located>) {
     let device = device();
     let rules = gpu.adapter().family().candidates()[0].1;
     let [on_cpu, on_gpu] = [on_cpu, on_gpu].map(|frame| Frame { rules, ..frame.clone() });
-    let report = crosscheck(gpu, &device, &on_cpu, &on_gpu, mode, &techniques().bounds(""), |_, _| {}).expect("the frame runs");
+    let report = crosscheck(gpu, &device, &on_cpu, &on_gpu, mode, &techniques().bounds(technique), |_, _| {}).expect("the frame runs");
     let failure = report.first_failure();
     let located = failure.and_then(|f| locate(gpu, &device, &on_cpu, &on_gpu, mode, f).expect("the frame runs again"));
     (report, located)
@@ -218,7 +223,7 @@ fn every_technique_agrees_in_every_variant() {
             let options = RenderOptions { technique: technique.name().to_owned(), techniques: techniques(), ..RenderOptions::default() };
             let frame = Renderer::new(&scene, &options).expect("a renderer").build(&scene).expect("a frame").frame;
             for mode in [Mode::FreeRunning, Mode::Resynchronised] {
-                let (report, located) = compare(&gpu, &frame, &frame, mode);
+                let (report, located) = compare_as(technique.name(), &gpu, &frame, &frame, mode);
                 let title = gpu.adapter().title();
                 assert!(report.agrees(), "{title}, {}, {mode:?}: {located:?} {report:?}", variant.label(technique));
             }
