@@ -141,6 +141,7 @@ fn a_sequence_is_numbered_and_its_frames_are_those_of_their_moments() {
     }
     for wrong in [
         &["--frames", "0"][..],
+        &["--frame-s", "0.5"],
         &["--frames", "2", "--frame-s=-1"],
         &["--frames", "2", "--frame-s", "nan"],
         &["--frame-s", "1e40", "--frames", "2"],
@@ -150,7 +151,7 @@ fn a_sequence_is_numbered_and_its_frames_are_those_of_their_moments() {
     }
 }
 
-/// Without a technique's name, one is taken that draws all of the scene; what a named one does not draw is said in one line, and in the JSON.
+/// Without a technique's name, the one is taken that draws most of the scene; what a named one does not draw is said in one line, and in the JSON.
 #[test]
 fn the_default_technique_follows_the_scene_and_what_is_not_drawn_is_said() {
     let folder = folder();

@@ -1,6 +1,7 @@
 //! Generators and their refracted rays: one beam per triangle of the water mesh and light [SF05 §3.2, BO §3.2].
 //!
-//! `refract` makes beams, `window` finds the part of the surface where a lamp in the water needs them, `geometry` (with its WGSL twin) computes their cross-sections, `audit` sums their energy.
+//! `refract` makes beams, `window` finds the part of the surface where a lamp in the water needs them, `geometry` (with its WGSL twin) computes their
+//! cross-sections, `audit` sums their energy.
 //!
 //! Beams go down. Those of a light in the water go up, and are computed upside down: mirrored at the plane y = 0, see [`LightBeams::side`].
 

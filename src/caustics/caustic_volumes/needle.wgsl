@@ -80,7 +80,14 @@ fn needle_coverage(needle: Needle, at: vec2<f32>) -> f32 {
 // Barycentric weights of the section's point that is near a point, in the order of the section's corners.
 fn needle_weights(needle: Needle, at: vec2<f32>) -> vec3<f32> {
     let inverse = 1.0 / needle.twice_area;
-    let own = max(vec3<f32>(perp_dot(needle.c - needle.b, at - needle.b), perp_dot(needle.a - needle.c, at - needle.c), perp_dot(needle.b - needle.a, at - needle.a)) * inverse, vec3<f32>());
+    let own = max(
+        vec3<f32>(
+            perp_dot(needle.c - needle.b, at - needle.b),
+            perp_dot(needle.a - needle.c, at - needle.c),
+            perp_dot(needle.b - needle.a, at - needle.a),
+        ) * inverse,
+        vec3<f32>(),
+    );
     let scaled = own / (own.x + own.y + own.z);
     return select(select(scaled, scaled.zxy, needle.first == 1u), scaled.yzx, needle.first == 2u);
 }
