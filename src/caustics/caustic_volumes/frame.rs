@@ -69,10 +69,7 @@ pub fn build(
 
 fn counters(receivers: &Receivers, beams: &[LightBeams]) -> Vec<(String, u64)> {
     let entry = |name: &str, count| (name.to_owned(), count);
-    let beams = [
-        entry("beams", beams.iter().map(|l| l.beams.len() as u64).sum()),
-        entry("beams_dark", beams.iter().map(|l| l.dark).sum()),
-    ];
+    let beams = [entry("beams", beams.iter().map(|l| l.beams.len() as u64).sum()), entry("beams_dark", beams.iter().map(|l| l.dark).sum())];
     [receivers.counters(), beams.into()].concat()
 }
 

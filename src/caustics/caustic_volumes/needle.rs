@@ -149,7 +149,10 @@ mod tests {
 
     fn needle(corners: &[V2<f32>; 3], pixel: f32) -> Needle<f32> {
         let double_area = (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
-        assert!(is_narrow(corners, double_area, 64.0 * double_area.abs() + 1.0, pixel) && !is_narrow(corners, double_area, 0.5 * double_area.abs(), pixel));
+        assert!(
+            is_narrow(corners, double_area, 64.0 * double_area.abs() + 1.0, pixel)
+                && !is_narrow(corners, double_area, 0.5 * double_area.abs(), pixel)
+        );
         let wide = [v2(0.0, 0.0), v2(1.0, 0.0), v2(0.0, 1.0)];
         assert!(!is_narrow(&wide, 1.0, 64.0, pixel) && is_narrow(&wide, 1.0, 64.0, 2.0));
         Needle::of(corners, double_area, pixel)
