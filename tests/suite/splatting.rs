@@ -276,7 +276,7 @@ fn image_space_finds_what_the_triangles_say() {
 fn every_choice_is_drawn_and_counts_its_photons() {
     let mut scene = scene("ball.ron", (40, 24));
     (settings(&mut scene).photons, settings(&mut scene).map_size) = (64, 128);
-    let base = *settings(&mut scene);
+    let base = Splatting { intersection: Intersection::Image, ..*settings(&mut scene) };
     let changes: Vec<Splatting> = vec![
         base,
         Splatting { splats: Splats::Lens, lens: Lens::Thin, ..base },

@@ -6,7 +6,7 @@ use glam::{Vec3, Vec3Swizzles as _};
 
 use nephroid::caustics::Rendered;
 use nephroid::caustics::splatting::hits::exact_hits;
-use nephroid::caustics::splatting::{Blend, CurvatureFrom, Search, Splats, Splatting};
+use nephroid::caustics::splatting::{Blend, CurvatureFrom, Intersection, Search, Splats, Splatting};
 use nephroid::geom::shapes::IcoSphere;
 use nephroid::scene::{Camera, Light, Scene, Shape};
 
@@ -53,7 +53,7 @@ fn ball(side: u32) -> Scene {
 fn noise_of_single_texels_falls_with_the_photons_in_them() {
     let mut scene = ball(16);
     let of = settings(&mut scene);
-    (of.photons, of.map_size, of.splats) = (sized(384, 512), sized(384, 512), Splats::Pyramid);
+    (of.photons, of.map_size, of.splats, of.intersection) = (sized(384, 512), sized(384, 512), Splats::Pyramid, Intersection::Image);
     let map = exact_hits(&scene).expect("hits")[0].as_ref().expect("a caustic").map;
     let names: Vec<String> = (0..5).map(|level| format!("splats 0 level {level}/map_pyramid 0")).collect();
     let mut rows: Vec<(f64, f64)> = Vec::new();
@@ -130,7 +130,7 @@ fn blur_and_noise(scene: &Scene) -> (f64, f64) {
 fn blur_rings_and_noise_of_each_method() {
     let mut scene = ball(128);
     (settings(&mut scene).photons, settings(&mut scene).map_size) = (160, 512);
-    let base = Splatting { splat_size: 3.0, ..*settings(&mut scene) };
+    let base = Splatting { splat_size: 3.0, intersection: Intersection::Image, ..*settings(&mut scene) };
     let methods = [
         ("fixed, 3", Splatting { splats: Splats::Fixed, ..base }),
         ("fixed, 7", Splatting { splats: Splats::Fixed, splat_size: 7.0, ..base }),
@@ -163,7 +163,8 @@ fn blur_rings_and_noise_of_each_method() {
 fn photons_of_pictures_land_where_the_triangles_say() {
     for (name, bound) in [("ball.ron", 0.9), ("bowl.ron", 0.95), ("pool.ron", 0.97)] {
         let mut scene = scene(name, (16, 16));
-        (settings(&mut scene).photons, settings(&mut scene).map_size) = (200, 400);
+        let of = settings(&mut scene);
+        (of.photons, of.map_size, of.intersection) = (200, 400, Intersection::Image);
         let near = |scene: &Scene| {
             let hits = exact_hits(scene).expect("hits").remove(0).expect("a caustic");
             let layer = "photons 0/photon_position 0";
@@ -201,7 +202,8 @@ fn both_curvatures_agree_with_neighbours_for_mirrors_water_and_lamps() {
         if let Some(lamp) = lamp {
             scene.lights = vec![lamp];
         }
-        (settings(&mut scene).photons, settings(&mut scene).map_size) = (160, 256);
+        let of = settings(&mut scene);
+        (of.photons, of.map_size, of.intersection) = (160, 256, Intersection::Image);
         let of = |change: &dyn Fn(&mut Splatting)| {
             let mut scene = scene.clone();
             change(settings(&mut scene));

@@ -83,7 +83,8 @@ pub struct FrameBuilder<'a> {
     pub color: TextureId,
     vertices: BufferId,
     indices: BufferId,
-    heights: TextureId,
+    /// Heights of the water's surface, m, a texel per vertex; one texel without water.
+    pub heights: TextureId,
     specular: Option<Specular>,
 }
 

@@ -14,7 +14,8 @@
 //!
 //! If the light meets a surface from behind, it is inside of the body or under the water: the normal is turned, the index ratio inverted and the
 //! curvature's sign changed. The caller chooses the surfaces: receivers, mirrors and glass, a water surface, together or in separate buffers. Faces are
-//! drawn on both sides, but for [`Keep::NearestBack`]. Not supported: surfaces between the nearest and the farthest.
+//! drawn on both sides, but for [`Keep::NearestBack`]. With a [`Side`] only what is in the water is kept, or only what is out of it: light that has passed
+//! the water's surface reaches what a roof over the water would hide. Not supported: surfaces between the nearest and the farthest.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -35,6 +36,7 @@ use nephroid_pipeline::state::{
 use nephroid_pipeline::{BindingKind, Bindings, Buffer, LoadOp, RenderPipelineDescriptor, TextureDescriptor};
 use nephroid_scene::{Albedo, Material, PatternUniform};
 
+use super::camera::CameraUniform;
 use super::geometry_buffer::{MaterialKind, ReceiverVertex};
 use super::light_view::LightView;
 use super::shape_operator::{ShapeOperator, forms, view_axes};
@@ -103,6 +105,32 @@ pub enum Keep {
     NearestBack,
 }
 
+/// The side of the water's surface on which surfaces are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Side {
+    /// Uniform of a camera in this scene, which knows the water's extent.
+    pub camera: BufferId,
+    /// Heights of the water's surface.
+    pub heights: TextureId,
+    /// Whether what is kept is in the water, or out of it.
+    pub wet: bool,
+}
+
+/// Which surfaces a light buffer keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// Of those along a ray of light.
+    pub along: Keep,
+    /// On one side of the water's surface; `None` for both. With a side, shape operators are left out.
+    pub side: Option<Side>,
+}
+
+impl From<Keep> for Kept {
+    fn from(along: Keep) -> Self {
+        Self { along, side: None }
+    }
+}
+
 /// The textures of a light buffer, described in the module's table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightBuffer {
@@ -126,7 +154,11 @@ pub const BINDINGS: [BindingKind; 4] = [
     BindingKind::Storage(size_of::<ShapeOperator>()),
 ];
 
-/// The WGSL sources that both programs share, and their own.
+/// Bindings for one side of the water's surface: view, vertices, surface, camera, heights of the water's surface.
+pub const ONE_SIDE_BINDINGS: [BindingKind; 5] =
+    [BINDINGS[0], BINDINGS[1], BINDINGS[2], BindingKind::Uniform(size_of::<CameraUniform>()), BindingKind::Texture];
+
+/// The WGSL sources that all programs share, and their own.
 macro_rules! sources {
     ($($own:literal),+) => {
         concat!(
@@ -157,6 +189,19 @@ pub fn program(bent: bool) -> Arc<Program> {
         bindings: BINDINGS[..3].to_vec(),
         wgsl: Some(sources!("light_buffer_plain.wgsl")),
         ..Program::new("light_buffer", Vertex::<false>, Fragment::<false>)
+    })
+}
+
+/// The program for surfaces on one side of the water's surface.
+#[must_use]
+pub fn one_side_program(wet: bool) -> Arc<Program> {
+    Arc::new(Program {
+        bindings: ONE_SIDE_BINDINGS.to_vec(),
+        may_discard: true,
+        wgsl: Some(sources!("camera.wgsl", "under_water.wgsl", "light_buffer_one_side.wgsl")),
+        wgsl_constants: vec![("wet", f64::from(u8::from(wet)))],
+        varyings: program(false).varyings.clone(),
+        ..Program::new("one_side_light_buffer", Vertex::<false>, OneSide { wet })
     })
 }
 
@@ -210,16 +255,40 @@ impl<const BENT: bool> FragmentShader for Fragment<BENT> {
     }
 }
 
+struct OneSide {
+    wet: bool,
+}
+
+impl FragmentShader for OneSide {
+    const MERGES_FRAGMENTS: bool = true;
+
+    #[inline(always)]
+    fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
+        let camera: &CameraUniform = bindings.uniform(3);
+        let wet = camera.under_water(bindings.texture(4), input.varying3(0));
+        output.keep = if self.wet { wet } else { !wet };
+        Fragment::<false>.fragment(bindings, input, output);
+    }
+}
+
 /// Adds a pass named `label` and its targets `{label} position`, `{label} normal`, `{label} material`, `{label} curvature` and `{label} depth`, of `size` texels.
 ///
 /// Of surfaces at equal depth, the first one drawn is kept.
-pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), keep: Keep, draws: &[SurfaceDraw]) -> LightBuffer {
-    let (compare, clear_depth, cull_mode) = match keep {
+pub fn add(
+    frame: &mut Frame,
+    label: &str,
+    view: &LightView,
+    size: (u32, u32),
+    kept: impl Into<Kept>,
+    draws: &[SurfaceDraw],
+) -> LightBuffer {
+    let Kept { along, side } = kept.into();
+    let (compare, clear_depth, cull_mode) = match along {
         Keep::Nearest => (CompareFunction::Less, 1.0, None),
         Keep::Farthest => (CompareFunction::Greater, 0.0, None),
         Keep::NearestBack => (CompareFunction::Less, 1.0, Some(Face::Front)),
     };
-    let bent = draws.iter().any(|draw| draw.operators.is_some());
+    let bent = side.is_none() && draws.iter().any(|draw| draw.operators.is_some());
     let bends = if bent { TextureFormat::Rgba32Float } else { TextureFormat::R32Float };
     let mut target = |part: &str, format| frame.texture(TextureDescriptor::d2(format!("{label} {part}"), size.0, size.1, format));
     let format = TextureFormat::Rgba32Float;
@@ -241,7 +310,7 @@ pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), k
             stencil: StencilState::default(),
             bias: DepthBiasState::default(),
         }),
-        ..RenderPipelineDescriptor::new(label, program(bent))
+        ..RenderPipelineDescriptor::new(label, side.map_or_else(|| program(bent), |side| one_side_program(side.wet)))
     });
     let view = frame.buffer(label, Arc::new(Buffer::from_value(view)));
     let mut made: Vec<(&SurfaceDraw, BindGroupId)> = Vec::new();
@@ -254,7 +323,9 @@ pub fn add(frame: &mut Frame, label: &str, view: &LightView, size: (u32, u32), k
             || {
                 let surface = frame.buffer(format!("{label} surface {}", made.len()), Arc::new(Buffer::from_value(&draw.surface)));
                 let entries = [BindEntry::Uniform(view, 0), BindEntry::Storage(draw.vertices), BindEntry::Uniform(surface, 0)];
-                frame.bind_group(entries.into_iter().chain(draw.operators.map(BindEntry::Storage)).collect())
+                let of_side = side.map(|side| [BindEntry::Uniform(side.camera, 0), BindEntry::texture(side.heights)]);
+                let operators = draw.operators.filter(|_| side.is_none()).map(BindEntry::Storage);
+                frame.bind_group(entries.into_iter().chain(operators).chain(of_side.into_iter().flatten()).collect())
             },
             |(_, bindings)| *bindings,
         );

@@ -5,7 +5,8 @@
 //! - *Snell*: along the refracted ray of the eye, followed through the position texture by the fixed-point iteration of Shah, Konttinen & Pattanaik
 //!   2007, `d ← |S − position(project(S + d·r))|`, damped by half.
 //!
-//! The result is attenuated by the water along the way, in-scattered light is added, and Fresnel reflection of sky and sun is mixed in.
+//! The result is attenuated by the water along the way, in-scattered light is added, and Fresnel reflection of sky and sun is mixed in. What leaves the water
+//! along a refracted ray spreads over a wider angle: `L = (1 − R)·L_water/n²`. The virtual plane shows `(1 − R)·L_water`, as the paper does.
 
 use std::sync::Arc;
 
@@ -170,6 +171,8 @@ impl FragmentShader for SurfaceFragment {
             let (ray, _) = refract(view, up, 1.0 / ior);
             let seen = if self.snell { self.follow(bindings, camera, surface, ray) } else { self.virtual_plane(bindings, camera, surface) };
             let below = through_water(environment, seen.radiance, seen.distance);
+            // Radiance in the thinner medium is less by n²; the paper shows the water's own.
+            let below = if self.snell { below * one.like(1.0 / (ior * ior)) } else { below };
             let mirrored = reflect(view, up);
             // Light that a wave reflects downwards would hit the water again; the sky just above the horizon is taken instead.
             let mirrored = v3(mirrored.x, Lanes::max(mirrored.y, surface.x.like(0.01)), mirrored.z).normalize();

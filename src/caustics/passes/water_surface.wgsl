@@ -119,7 +119,8 @@ fn fs(in: Varyings) -> @location(0) vec4<f32> {
     } else {
         seen = virtual_plane(surface);
     }
-    let below = through_medium(environment.sigma_t.rgb, environment.inscatter.rgb, seen.radiance, seen.distance);
+    // Radiance in the thinner medium is less by n²; the paper shows the water's own.
+    let below = through_medium(environment.sigma_t.rgb, environment.inscatter.rgb, seen.radiance, seen.distance) * select(1.0, 1.0 / (ior * ior), snell);
     // Light that a wave reflects downwards would hit the water again; the sky just above the horizon is taken instead.
     var mirrored = reflect_ray(view, up);
     mirrored = normalize(vec3<f32>(mirrored.x, max(mirrored.y, 0.01), mirrored.z));

@@ -15,7 +15,7 @@ use super::views::{LightViews, PhotonView, Stage, Wanted, Wet};
 use crate::builder::cut_level;
 use crate::builder::state::clear;
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight, ViewOptions};
-use crate::passes::light_buffer::Keep;
+use crate::passes::light_buffer::{Keep, Kept, Side};
 use crate::receivers::Receivers;
 use crate::surfaces::Surfaces;
 use crate::{RenderError, TechniqueFrame};
@@ -121,7 +121,9 @@ pub fn build(scene: &Scene, shared: &Shared, moments: &[Moment], settings: &Spla
         let seen_by_light = settings.gather == Gather::Light || settings.intersection == Intersection::Image;
         let receivers = seen_by_light.then(|| {
             let surfaces = &emitters[emitters.len() - 1].surfaces;
-            pass.light_buffer(builder, "receivers", &own.map, Keep::Nearest, &surfaces.diffuse)
+            // Light that comes through the water's surface lands behind it, whatever is before it.
+            let side = builder.water.map(|_| Side { camera: builder.camera_buffer, heights: builder.heights, wet: !light.in_water });
+            pass.light_buffer(builder, "receivers", &own.map, Kept { along: Keep::Nearest, side }, &surfaces.diffuse)
         });
         let map = match (settings.gather, &receivers) {
             (Gather::Light, Some(seen)) => Map { texels: own.map, position: seen.position, normal: seen.normal },

@@ -25,7 +25,7 @@ use crate::Tally;
 use crate::builder::state::{additive, clear, target};
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight};
 use crate::passes::fullscreen;
-use crate::passes::light_buffer::{self, Keep, LightBuffer, SurfaceDraw};
+use crate::passes::light_buffer::{self, Keep, Kept, LightBuffer, SurfaceDraw};
 use crate::passes::light_view::{LightView, TexelView};
 use crate::surfaces::Surfaces;
 
@@ -71,11 +71,11 @@ impl LightPass<'_> {
         builder: &mut FrameBuilder<'_>,
         of: &str,
         view: &TexelView,
-        keep: Keep,
+        kept: impl Into<Kept>,
         draws: &[SurfaceDraw],
     ) -> LightBuffer {
         let label = format!("light_buffer {of} {}", self.light.number);
-        light_buffer::add(&mut builder.frame, &label, &view.view, size(view), keep, draws)
+        light_buffer::add(&mut builder.frame, &label, &view.view, size(view), kept, draws)
     }
 
     /// The light's number; the age of a moment in frames if that is not the frame's own; the number of the view if it is not the first.

@@ -133,13 +133,14 @@ impl Technique for SplattingTechnique {
     fn variants(&self) -> Vec<Variant> {
         let sizes = Splatting { splats: Splats::Sizes, ..Splatting::default() };
         let curvatures = Splatting { splats: Splats::Lens, curvature: CurvatureFrom::Both, ..Splatting::default() };
-        let exact = Splatting { intersection: Intersection::Exact, ..Splatting::default() };
+        let met = |intersection| Splatting { intersection, ..Splatting::default() };
         vec![
             Variant { name: "", settings: None },
             Variant { name: "paper", settings: Some(self.settings().paper()) },
             Variant { name: "sizes", settings: Some(sizes.boxed()) },
             Variant { name: "curvatures", settings: Some(curvatures.boxed()) },
-            Variant { name: "exact", settings: Some(exact.boxed()) },
+            Variant { name: "exact", settings: Some(met(Intersection::Exact).boxed()) },
+            Variant { name: "image", settings: Some(met(Intersection::Image).boxed()) },
         ]
     }
     fn grid(&self, scene: &Scene) -> Option<(u32, u32)> {
@@ -147,7 +148,7 @@ impl Technique for SplattingTechnique {
         scene.water.as_ref().map(|water| grid.unwrap_or(water.grid))
     }
     fn memory(&self, scene: &Scene) -> Vec<Part> {
-        let settings = scene.techniques.get::<Splatting>();
+        let settings = scene.techniques.get::<Splatting>().decided(scene);
         let (columns, rows) = self.grid(scene).unwrap_or_default();
         let moments = u64::from(settings.frames);
         // A vertex of the emitting surface with its shape operator and two triangles, and the surface itself.
@@ -176,9 +177,9 @@ impl Technique for SplattingTechnique {
         (settings.grid, settings.intersection) = (Some((2, 2)), Intersection::Image);
     }
     fn prepare(&self, scene: &Scene) -> Result<Box<dyn Builder>, RenderError> {
-        let settings = scene.techniques.get::<Splatting>();
+        let settings = scene.techniques.get::<Splatting>().decided(scene);
         let water = scene.water.as_ref().map(|water| water.simulator());
-        Ok(Box::new(SplattingBuilder { shared: Shared::new(scene, settings)?, water, fields: Vec::new() }))
+        Ok(Box::new(SplattingBuilder { shared: Shared::new(scene, &settings)?, water, fields: Vec::new() }))
     }
 }
 
@@ -216,8 +217,8 @@ impl SplattingBuilder {
 
 impl Builder for SplattingBuilder {
     fn frame(&mut self, scene: &Scene, _: &Device, _: &[&str]) -> Result<TechniqueFrame, RenderError> {
-        let settings = scene.techniques.get::<Splatting>();
-        let moments = self.moments(scene, settings);
-        frame::build(scene, &self.shared, &moments, settings)
+        let settings = scene.techniques.get::<Splatting>().decided(scene);
+        let moments = self.moments(scene, &settings);
+        frame::build(scene, &self.shared, &moments, &settings)
     }
 }

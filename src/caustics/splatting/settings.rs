@@ -1,6 +1,6 @@
 //! Settings of `splatting`.
 
-use nephroid_scene::{EyeRefraction, MAX_GRID, Radiometry, choices, settings};
+use nephroid_scene::{EyeRefraction, MAX_GRID, Material, Radiometry, Scene, choices, settings};
 
 choices! {
     /// How the size of a splat is chosen.
@@ -41,6 +41,8 @@ choices! {
 choices! {
     /// How photons meet surfaces.
     pub enum Intersection {
+        /// `Exact` in scenes with mirrors or glass, whose light takes ways that pictures do not hold; `Image` in others.
+        Auto,
         /// In the pictures that the light sees: one reflection, or one refraction into and one out of a body.
         Image,
         /// In the triangles of the scene: up to 64 reflections and refractions.
@@ -111,7 +113,7 @@ settings! {
         /// What the photons' view and the map hold.
         views: Views = Views::Fitted, paper Views::Scene;
         /// How photons meet surfaces.
-        intersection: Intersection = Intersection::Image;
+        intersection: Intersection = Intersection::Auto, paper Intersection::Image;
         /// Where splats are drawn.
         gather: Gather = Gather::Light;
         /// How the receiver of a photon is searched in the light's picture of the receivers.
@@ -138,6 +140,14 @@ settings! {
 }
 
 impl Splatting {
+    /// These settings for a scene, with [`Intersection::Auto`] decided.
+    #[must_use]
+    pub fn decided(&self, scene: &Scene) -> Self {
+        let specular = scene.objects.iter().any(|object| !matches!(object.material, Material::Diffuse { .. }));
+        let by_scene = if specular { Intersection::Exact } else { Intersection::Image };
+        Self { intersection: if self.intersection == Intersection::Auto { by_scene } else { self.intersection }, ..self.clone() }
+    }
+
     /// Whether splats by the lens are those of the differentials of rays.
     #[must_use]
     pub fn has_both_curvatures(&self) -> bool {
