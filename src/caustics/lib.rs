@@ -6,6 +6,7 @@
 //! [`RenderOptions`] and to the command line.
 
 pub mod account;
+pub mod audit;
 pub mod beams;
 mod bounds;
 pub mod builder;
@@ -26,10 +27,11 @@ mod technique;
 pub use error::RenderError;
 pub use features::Feature;
 pub use layout::Layout;
-pub use output::{LayerSource, LightMask, Resolve, Tally, TechniqueFrame};
+pub use output::{LayerSource, LightMask, Resolve, TechniqueFrame};
 pub use receivers::{BODIES_TURNED, ReceiverGroup, Receivers};
 pub use renderer::{RenderOptions, Rendered, Renderer};
 pub use table::Techniques;
+pub use tally::{PhotonTally, Tally};
 pub use technique::{Builder, Technique, Variant};
 
 techniques! {

@@ -2,6 +2,9 @@
 
 use nephroid_pipeline::frame::{Frame, TextureId};
 
+use super::Tally;
+use super::audit::Audit;
+
 /// A frame and the sources of its layers.
 pub struct TechniqueFrame {
     /// The frame.
@@ -14,28 +17,15 @@ pub struct TechniqueFrame {
     pub margin: u32,
     /// Samples along each side of a pixel.
     pub samples: u32,
-    /// Energy audit, in watts summed over RGB unless the name says otherwise. The renderer adds that of the tallies.
-    pub audit: Vec<(String, f64)>,
+    /// Energy audit. The renderer adds that of the tallies.
+    pub audit: Audit,
     /// Counters of frame building. The renderer adds those of the tallies and of the passes.
     pub counters: Vec<(String, u64)>,
-    /// Textures that the renderer sums up once the frame has run, for counters and audit.
+    /// What the renderer counts once the frame has run, for counters and audit.
     pub tallies: Vec<Tally>,
     /// Seconds that the parts of frame building took, by the clock of [`Builder::set_clock`](crate::Builder::set_clock). They depend on machine and
     /// run, and are no part of the result.
     pub seconds: Vec<(&'static str, f64)>,
-}
-
-/// Texels that carry light, each with a fate: what is known only once the frame has run.
-#[derive(Clone, Debug)]
-pub struct Tally {
-    /// Texture with the fate of each texel in its fourth channel, a whole number.
-    pub fates: TextureId,
-    /// Texture of the same size: light at its end, W, linear RGB, and in the fourth channel on arrival, summed over RGB.
-    pub values: TextureId,
-    /// Fates that are counted, with the names of their counters and audit entries. 0 is for texels without light.
-    pub names: &'static [(u32, &'static str)],
-    /// Name of the audit entry for all light on arrival.
-    pub arrived: &'static str,
 }
 
 /// Layers of light, which does not land on mirrors and glass.

@@ -43,7 +43,7 @@ pub struct Rendered {
     pub layers: LayerSet,
     /// Counters: those of frame building, then those of the passes in order.
     pub counters: Vec<(String, u64)>,
-    /// Energy audit, in watts summed over RGB.
+    /// Energy audit, in watts summed over RGB and lights: names of [`crate::audit::ENTRIES`].
     pub audit: Vec<(String, f64)>,
     /// Label and output of each pass.
     pub passes: Vec<(String, PassOutput)>,
@@ -136,7 +136,7 @@ impl Renderer {
         let names = self.layers.as_deref();
         let mut layers = output.device.install(|| layers::extract(&built, &output, names))?;
         layers.move_positions((scene.settled()?.origin - scene.origin).to_array());
-        let (tallied, audited) = tally::count(&built.tallies, &output);
+        let (tallied, audited) = output.device.install(|| tally::count(&built.tallies, &output));
         let mut counters = built.counters;
         counters.extend(tallied);
         let mut passes = Vec::with_capacity(output.passes.len());
@@ -144,8 +144,9 @@ impl Renderer {
             counters.extend(result.statistics.named().iter().filter(|c| c.1 > 0).map(|c| (format!("{}/{}", pass.label, c.0), c.1)));
             passes.push((pass.label.clone(), result));
         }
-        let audit = built.audit.into_iter().chain(audited).collect();
-        Ok(Rendered { layers, counters, audit, passes })
+        let mut audit = built.audit;
+        audit.merge(&audited);
+        Ok(Rendered { layers, counters, audit: audit.named(), passes })
     }
 
     /// Runs a frame without reading results back, to measure its cost. Returns the frame.

@@ -11,6 +11,8 @@ use nephroid_math::vector::{V3, v3};
 use nephroid_scene::geom::Mesh;
 use nephroid_scene::{Light, Material};
 
+use crate::audit::Entry;
+
 /// Most events (reflections and refractions) on a path that ends as a beam.
 const MOST_EVENTS: u32 = 12;
 
@@ -51,6 +53,8 @@ pub struct Path {
     pub position: Vec3,
     /// Unit direction of travel.
     pub direction: Vec3,
+    /// Whether it meets a receiver.
+    pub lands: bool,
 }
 
 /// Light that arrives at a diffuse receiver after mirrors and glass.
@@ -77,10 +81,39 @@ pub struct Followed {
     pub first: Vec3,
     /// Light on receivers.
     pub arrivals: Vec<Arrival>,
-    /// Share of the light that has left the scene, linear RGB.
+    /// Light that ends elsewhere.
+    pub losses: Losses,
+}
+
+/// Shares of light that end without being seen, linear RGB, as the entries of the audit have them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Losses {
+    pub absorbed_before: Vec3,
+    pub by_mirrors: Vec3,
+    pub in_glass: Vec3,
+    pub too_many_events: Vec3,
+    pub too_weak: Vec3,
+    pub wrong_side: Vec3,
+    pub stays_in_glass: Vec3,
+    pub absorbed_behind: Vec3,
     pub missed: Vec3,
-    /// Share that was not followed to its end: after too many events, too weak, or sent to the wrong side of a face by its interpolated normal.
-    pub dropped: Vec3,
+}
+
+impl Losses {
+    /// Every share with its entry.
+    pub fn each(&self) -> [(Entry, Vec3); 9] {
+        [
+            (Entry::AbsorbedBefore, self.absorbed_before),
+            (Entry::ByMirrors, self.by_mirrors),
+            (Entry::InGlass, self.in_glass),
+            (Entry::TooManyEvents, self.too_many_events),
+            (Entry::TooWeak, self.too_weak),
+            (Entry::WrongSide, self.wrong_side),
+            (Entry::StaysInGlass, self.stays_in_glass),
+            (Entry::AbsorbedBehind, self.absorbed_behind),
+            (Entry::Missed, self.missed),
+        ]
+    }
 }
 
 impl Path {
@@ -208,19 +241,19 @@ impl Surfaces {
         Self { meshes, pieces, triangles, tree, water: None }
     }
 
-    /// Whether a light reaches a point of a mirror or of glass, and the paths that it takes from there.
-    pub fn paths(&self, object: u32, position: Vec3, normal: Vec3, light: &Light, direction: Vec3) -> (bool, Vec<Path>) {
+    /// Whether a light reaches a point of a mirror or of glass, the paths that it takes from there, and the light that ends before.
+    pub fn paths(&self, object: u32, position: Vec3, normal: Vec3, light: &Light, direction: Vec3) -> (bool, Vec<Path>, Losses) {
         let Material::Mirror { .. } = self.meshes[object as usize].1 else {
             // Light that arrives from the inside of glass has met another generator first.
             if direction.dot(normal) >= 0.0 {
-                return (false, Vec::new());
+                return (false, Vec::new(), Losses::default());
             }
             return self.paths_from(object, position, normal, light, direction);
         };
         self.paths_from(object, position, normal, light, direction)
     }
 
-    fn paths_from(&self, object: u32, position: Vec3, normal: Vec3, light: &Light, direction: Vec3) -> (bool, Vec<Path>) {
+    fn paths_from(&self, object: u32, position: Vec3, normal: Vec3, light: &Light, direction: Vec3) -> (bool, Vec<Path>, Losses) {
         let facing = if direction.dot(normal) < 0.0 { normal } else { -normal };
         let distance = match *light {
             Light::Directional { .. } => f32::INFINITY,
@@ -232,21 +265,22 @@ impl Surfaces {
         let start = State::new(position, direction);
         // All three vertices of a generator's triangle lie on the same piece, so piece 0 stands for it.
         let meeting = Meeting { position, place: NONE, mesh: object, piece: 0, normal, face: normal };
-        let mut found = Vec::new();
+        let (mut found, mut losses) = (Vec::new(), Losses::default());
         let mut left: Vec<State> = Vec::new();
-        self.event(start, &meeting, MOST_EVENTS, &mut left);
+        self.event(start, &meeting, MOST_EVENTS, &mut left, &mut losses);
         while let Some(state) = left.pop() {
             match self.nearest(state.position, state.direction, f32::INFINITY, state.skip) {
                 Some(meeting) if !self.is_diffuse(meeting.mesh) => {
-                    self.event(state, &meeting, MOST_EVENTS, &mut left);
+                    self.event(state, &meeting, MOST_EVENTS, &mut left, &mut losses);
                 }
-                _ if state.inside.innermost().is_none() => {
-                    found.push(Path { hash: state.hash, share: state.share, position: state.position, direction: state.direction });
+                receiver if state.inside.innermost().is_none() => {
+                    let State { hash, share, position, direction, .. } = state;
+                    found.push(Path { hash, share, position, direction, lands: receiver.is_some() });
                 }
-                _ => {}
+                _ => losses.stays_in_glass += state.share,
             }
         }
-        (lit, found)
+        (lit, found, losses)
     }
 
     /// Follows a ray of a light to the first mirror, glass or water, and its light from there. `None` if it meets a receiver first, or nothing. The ray is
@@ -254,18 +288,19 @@ impl Surfaces {
     pub fn arrivals(&self, start: Vec3, direction: Vec3, emitted: impl Fn(Vec3) -> Vec3) -> Option<Followed> {
         let first = self.nearest(start, direction, f32::INFINITY, NONE).filter(|first| !self.is_diffuse(first.mesh))?;
         let start = State::new(emitted(first.position), direction);
-        let (mut arrivals, mut left, mut missed) = (Vec::new(), Vec::new(), Vec3::ZERO);
-        let mut dropped = self.event(start, &first, MOST_EVENTS_OF_ARRIVALS, &mut left);
+        let (mut arrivals, mut left, mut losses) = (Vec::new(), Vec::new(), Losses::default());
+        self.event(start, &first, MOST_EVENTS_OF_ARRIVALS, &mut left, &mut losses);
         while let Some(mut state) = left.pop() {
             let Some(meeting) = self.nearest(state.position, state.direction, f32::INFINITY, state.skip) else {
-                missed += state.share;
+                let in_glass = state.inside.innermost().is_some_and(|body| self.water != Some(body));
+                *(if in_glass { &mut losses.stays_in_glass } else { &mut losses.missed }) += state.share;
                 continue;
             };
             if !self.is_diffuse(meeting.mesh) {
-                dropped += self.event(state, &meeting, MOST_EVENTS_OF_ARRIVALS, &mut left);
+                self.event(state, &meeting, MOST_EVENTS_OF_ARRIVALS, &mut left, &mut losses);
                 continue;
             }
-            state.share *= self.kept(state.inside, meeting.position.distance(state.position));
+            self.travel(&mut state, meeting.position, &mut losses);
             arrivals.push(Arrival {
                 hash: step_hash(state.hash, meeting.mesh, meeting.piece, 6),
                 position: meeting.position,
@@ -275,7 +310,7 @@ impl Surfaces {
                 plain: state.plain,
             });
         }
-        Some(Followed { first: first.position, arrivals, missed, dropped })
+        Some(Followed { first: first.position, arrivals, losses })
     }
 
     fn is_diffuse(&self, mesh: u32) -> bool {
@@ -300,6 +335,19 @@ impl Surfaces {
         Vec3::new(kept.x, kept.y, kept.z)
     }
 
+    /// Takes from light what the innermost body absorbs on the way to a point.
+    fn travel(&self, state: &mut State, to: Vec3, losses: &mut Losses) {
+        let Some(body) = state.inside.innermost() else { return };
+        let kept = self.kept(state.inside, to.distance(state.position));
+        let absorbed = match (self.water == Some(body), state.events) {
+            (true, 0) => &mut losses.absorbed_before,
+            (true, _) => &mut losses.absorbed_behind,
+            _ => &mut losses.in_glass,
+        };
+        *absorbed += state.share * (Vec3::ONE - kept);
+        state.share *= kept;
+    }
+
     /// These surfaces and that of water, whose normals point out of it. Glass displaces water.
     pub fn with_water(&self, mesh: Mesh, material: Material) -> Self {
         let number = self.meshes.len() as u32;
@@ -312,21 +360,22 @@ impl Surfaces {
         matches!(self.meshes[meeting.mesh as usize].1, Material::Diffuse { .. }).then_some(meeting.position)
     }
 
-    /// Follows light through an event at a mirror or at glass. Returns the share of light that is followed no further.
-    fn event(&self, mut state: State, at: &Meeting, most_events: u32, left: &mut Vec<State>) -> Vec3 {
+    /// Follows light through an event at a mirror or at glass.
+    fn event(&self, mut state: State, at: &Meeting, most_events: u32, left: &mut Vec<State>, losses: &mut Losses) {
         if state.events >= most_events {
-            return state.share;
+            losses.too_many_events += state.share;
+            return;
         }
         let outside = state.direction.dot(at.face) < 0.0;
         if self.water == Some(at.mesh) && state.inside.innermost().is_some_and(|body| body != at.mesh) {
             // There is no water in glass, but the light may leave into it.
-            state.share *= self.kept(state.inside, at.position.distance(state.position));
+            self.travel(&mut state, at.position, losses);
             state.inside = state.inside.within(at.mesh, outside);
             state.position = at.position;
             state.skip = at.place;
             state.events += 1;
             left.push(state);
-            return Vec3::ZERO;
+            return;
         }
         let (face, mut normal) = if outside { (at.face, at.normal) } else { (-at.face, -at.normal) };
         if normal.dot(state.direction) >= 0.0 {
@@ -340,10 +389,9 @@ impl Surfaces {
         if !is_mirror {
             state.inside = state.inside.with(at.mesh, !outside);
         }
-        state.share *= self.kept(state.inside, at.position.distance(state.position));
+        self.travel(&mut state, at.position, losses);
         let incoming = to_v3(state.direction);
         let events = state.events + 1;
-        let mut dropped = Vec3::ZERO;
         let mut follow = |event: u64, share: Vec3, direction: V3<f32>, through: bool, inside: Bodies| {
             let direction = Vec3::new(direction.x, direction.y, direction.z);
             // Light that the interpolated normal sends to the wrong side of the face is dropped.
@@ -354,16 +402,19 @@ impl Surfaces {
             let first_or_second = events == 1 && through == inside.innermost().is_some() || events == 2 && through && inside.depth == 0;
             let plain = state.plain && first_or_second && (through || is_mirror);
             let next = State { hash, share, position, direction, events, tint: state.tint * tint, plain, inside, skip: at.place };
-            if goes_through == through && share.max_element() >= LEAST_SHARE {
-                left.push(next);
+            if goes_through != through {
+                losses.wrong_side += share;
+            } else if share.max_element() < LEAST_SHARE {
+                losses.too_weak += share;
             } else {
-                dropped += share;
+                left.push(next);
             }
         };
         let side = u64::from(outside);
         match self.meshes[at.mesh as usize].1 {
             Material::Mirror { reflectance } => {
                 follow(side, state.share * reflectance, reflect(incoming, to_v3(normal)), false, state.inside);
+                losses.by_mirrors += state.share * (Vec3::ONE - reflectance);
             }
             Material::Dielectric { ior, .. } => {
                 let beyond = if outside { state.inside.entered(at.mesh) } else { state.inside.left(at.mesh) };
@@ -377,7 +428,6 @@ impl Surfaces {
             }
             Material::Diffuse { .. } => {}
         }
-        dropped
     }
 
     /// The first intersection along a ray, up to `limit` metres, without the triangle at the place `skip` of the tree; `None` if there is none.

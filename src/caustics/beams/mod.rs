@@ -1,22 +1,24 @@
 //! Generators and their refracted rays: one beam per triangle of the water mesh and light [SF05 §3.2, BO §3.2].
 //!
 //! `refract` makes beams, `window` finds the part of the surface where a lamp in the water needs them, `geometry` (with its WGSL twin) computes their
-//! cross-sections, `audit` sums their energy.
+//! cross-sections, `landing` counts where their light ends.
 //!
 //! Beams go down. Those of a light in the water go up, and are computed upside down: mirrored at the plane y = 0, see [`LightBeams::side`].
 
-mod audit;
 pub mod geometry;
+mod landing;
 mod refract;
 mod window;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 
-pub use audit::audit;
 pub use geometry::comes_first;
+pub use landing::BeamTally;
 pub use refract::Interface;
 pub use window::window;
+
+use crate::audit::Audit;
 
 /// Value of [`LightBeams::of_triangle`] for a triangle without a beam.
 pub const NONE: u32 = u32::MAX;
@@ -56,34 +58,6 @@ pub struct Beam {
     pub flux: Vec4,
 }
 
-/// A light's energy at the surface, in watts summed over RGB.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SurfaceEnergy {
-    /// Emitted towards the generators: what arrives, and what the medium before them has taken away.
-    pub incident: f64,
-    /// Taken away by the medium before the generators.
-    pub absorbed: f64,
-    /// Reflected by Fresnel's law.
-    pub reflected: f64,
-    /// Arrived where at least one vertex of the triangle reflects all light.
-    pub totally_reflected: f64,
-    /// Passed the surface.
-    pub entered: f64,
-    /// Arrived at triangles whose refracted rays are nearly level, or that face away from the light at one vertex.
-    pub grazing: f64,
-}
-
-impl SurfaceEnergy {
-    fn add(&mut self, other: &Self) {
-        self.incident += other.incident;
-        self.absorbed += other.absorbed;
-        self.totally_reflected += other.totally_reflected;
-        self.reflected += other.reflected;
-        self.entered += other.entered;
-        self.grazing += other.grazing;
-    }
-}
-
 /// A light's beams through a water surface.
 #[derive(Clone, Debug)]
 pub struct LightBeams {
@@ -98,8 +72,8 @@ pub struct LightBeams {
     pub side: f32,
     /// Extinction coefficient along the beams, 1/m, linear RGB.
     pub sigma_t: Vec3,
-    /// Energy at the surface.
-    pub energy: SurfaceEnergy,
+    /// Energy up to where beams start.
+    pub energy: Audit,
     /// Number of triangles without a beam.
     pub dark: u64,
 }
@@ -108,6 +82,6 @@ impl Default for LightBeams {
     /// No beams, the right way up.
     fn default() -> Self {
         let (beams, of_triangle, vertex_rays) = (Vec::new(), Vec::new(), Vec::new());
-        Self { beams, of_triangle, vertex_rays, side: 1.0, sigma_t: Vec3::ZERO, energy: SurfaceEnergy::default(), dark: 0 }
+        Self { beams, of_triangle, vertex_rays, side: 1.0, sigma_t: Vec3::ZERO, energy: Audit::default(), dark: 0 }
     }
 }

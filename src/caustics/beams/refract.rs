@@ -10,7 +10,8 @@ use nephroid_math::vector::{V3, v3};
 use nephroid_scene::water::HeightField;
 use nephroid_scene::{Incident, Light, Medium};
 
-use super::{Beam, FluxModel, LightBeams, NONE, SurfaceEnergy, comes_first, window};
+use super::{Beam, FluxModel, LightBeams, NONE, comes_first, window};
+use crate::audit::{Audit, Entry};
 use crate::passes::shadow_map::LightUniform;
 
 /// A water surface and a light before it: above it, or upside down in the water.
@@ -33,8 +34,8 @@ pub struct Interface<'a> {
 struct Refracted {
     position: Vec3,
     normal: Vec3,
-    /// Refracted ray per metre of depth, and its length; `None` if it does not go down.
-    ray: Option<(Vec3, f32)>,
+    /// Refracted ray per metre of depth, and its length; why there is none, if it does not go down.
+    ray: Result<(Vec3, f32), NoRay>,
     light_direction: Vec3,
     /// Position relative to a lamp, m.
     from_lamp: Vec3,
@@ -45,8 +46,40 @@ struct Refracted {
     /// Irradiance across the light, W/m².
     irradiance: Vec3,
     transmittance: f32,
-    /// Whether all light is reflected.
-    reflects_all: bool,
+}
+
+/// Why a vertex sends no ray down.
+#[derive(Clone, Copy)]
+enum NoRay {
+    /// It faces away from the light.
+    FacesAway,
+    /// All light is reflected.
+    ReflectsAll,
+    /// The ray goes up.
+    GoesUp,
+    /// A nearly horizontal ray would reach the floor a thousand depths away.
+    NearlyLevel,
+}
+
+/// Where the light on a triangle goes, W, summed over RGB.
+#[derive(Clone, Copy, Default)]
+struct TriangleEnergy {
+    light_in: f64,
+    absorbed: f64,
+    reflected: f64,
+    entered: f64,
+    /// Of triangles that make no beam.
+    no_beam: NoBeamEnergy,
+}
+
+/// Where the light goes on a triangle without a beam, corner by corner.
+#[derive(Clone, Copy, Default)]
+struct NoBeamEnergy {
+    turned_away: f64,
+    totally_reflected: f64,
+    goes_away: f64,
+    nearly_level: f64,
+    split: f64,
 }
 
 impl<'a> Interface<'a> {
@@ -78,7 +111,7 @@ impl<'a> Interface<'a> {
             .collect();
         let flat = flat_transmittance(field, light, *ior);
         let indices = field.triangle_indices();
-        let (mut beams, energies): (Vec<Beam>, Vec<SurfaceEnergy>) = indices
+        let (mut beams, energies): (Vec<Beam>, Vec<TriangleEnergy>) = indices
             .par_chunks_exact(3)
             .with_min_len(1024)
             .map(|t| {
@@ -88,13 +121,13 @@ impl<'a> Interface<'a> {
             })
             .unzip();
         let vertex_ray = |v: &Refracted| match v.ray {
-            Some((ray, length)) => [v.position.extend(0.0), Vec4::new(ray.x, length, ray.z, 0.0)],
-            None => [Vec4::NAN; 2],
+            Ok((ray, length)) => [v.position.extend(0.0), Vec4::new(ray.x, length, ray.z, 0.0)],
+            Err(_) => [Vec4::NAN; 2],
         };
         let vertex_rays = vertices.iter().map(vertex_ray).collect();
         let mut out = LightBeams { vertex_rays, side: self.side, sigma_t: self.sigma_t, ..LightBeams::default() };
         // Summed in mesh order on one thread: the same bits for any number of threads.
-        energies.iter().for_each(|energy| out.energy.add(energy));
+        out.energy = summed(&energies);
         let mut next = 0..;
         let number = |beam: &Beam| if beam.flux.w > 0.0 { next.next().unwrap_or(NONE) } else { NONE };
         out.of_triangle = beams.iter().map(number).collect();
@@ -110,11 +143,14 @@ impl<'a> Interface<'a> {
         let direction = incident.direction_ws;
         let cos = -direction.dot(normal);
         let (t, enters) = refract(to_v3(direction), to_v3(normal), 1.0 / self.ior);
-        // A nearly horizontal ray would reach the floor a thousand depths away.
-        let ray = (enters && cos > 0.0 && t.y < -1.0e-3).then(|| {
-            let per_depth = 1.0 / -t.y;
-            (Vec3::new(t.x * per_depth, -1.0, t.z * per_depth), per_depth)
-        });
+        let per_depth = 1.0 / -t.y;
+        let ray = match (cos > 0.0, enters) {
+            (false, _) => Err(NoRay::FacesAway),
+            (true, false) => Err(NoRay::ReflectsAll),
+            _ if t.y < -LEAST_FALL => Ok((Vec3::new(t.x * per_depth, -1.0, t.z * per_depth), per_depth)),
+            _ if t.y < 0.0 => Err(NoRay::NearlyLevel),
+            _ => Err(NoRay::GoesUp),
+        };
         let transmittance = if cos > 0.0 { fresnel_transmittance(cos.min(1.0), 1.0, self.ior) } else { 0.0 };
         let arriving = incident.irradiance;
         let (from_lamp, strength, distance) = match self.light {
@@ -126,7 +162,6 @@ impl<'a> Interface<'a> {
         };
         let kept = beer_lambert_rgb(self.before.0, distance);
         let kept = if self.before.0 == Vec3::ZERO { Vec3::ONE } else { Vec3::new(kept.x, kept.y, kept.z) };
-        let reflects_all = cos > 0.0 && !enters;
         Refracted {
             position,
             normal,
@@ -137,10 +172,12 @@ impl<'a> Interface<'a> {
             kept,
             irradiance: arriving * kept,
             transmittance,
-            reflects_all,
         }
     }
 }
+
+/// Least component of a refracted ray down.
+const LEAST_FALL: f32 = 1.0e-3;
 
 /// Solid angle from which on a triangle's transmittance is more than the mean of those at its corners, sr.
 const WIDE_SR: f32 = 0.02;
@@ -193,7 +230,57 @@ fn flat_transmittance(field: &HeightField, light: &Light, ior: f32) -> f32 {
     if cos > 0.0 { fresnel_transmittance(cos, 1.0, ior) } else { 0.0 }
 }
 
-fn beam(v: [Refracted; 3], flux_model: FluxModel, flat_transmittance: f32, ior: f32) -> (Option<Beam>, SurfaceEnergy) {
+fn sum(v: Vec3) -> f64 {
+    f64::from(v.x) + f64::from(v.y) + f64::from(v.z)
+}
+
+impl TriangleEnergy {
+    /// Adds the light of a corner of a triangle that makes no beam. `measure`: the corner's part of the triangle's.
+    fn corner_without_beam(&mut self, v: &Refracted, measure: f32) {
+        let incident = v.strength * v.kept * measure;
+        let (through, reflected) = (sum(incident * v.transmittance), sum(incident * (1.0 - v.transmittance)));
+        let ends = &mut self.no_beam;
+        match v.ray {
+            Err(NoRay::FacesAway) => ends.turned_away += sum(incident),
+            Err(NoRay::ReflectsAll) => ends.totally_reflected += sum(incident),
+            Err(NoRay::GoesUp) => ends.goes_away += through,
+            Err(NoRay::NearlyLevel) => ends.nearly_level += through,
+            Ok(_) => ends.split += through,
+        }
+        if !matches!(v.ray, Err(NoRay::FacesAway | NoRay::ReflectsAll)) {
+            self.reflected += reflected;
+        }
+    }
+}
+
+/// The audit of a surface up to where beams start.
+fn summed(energies: &[TriangleEnergy]) -> Audit {
+    let watts = energies.iter().fold([0.0; 9], |mut sums, e| {
+        let n = &e.no_beam;
+        let more =
+            [e.light_in, e.absorbed, e.reflected, n.totally_reflected, n.turned_away, n.goes_away, n.nearly_level, n.split, e.entered];
+        sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
+        sums
+    });
+    let mut audit = Audit::default();
+    ENTRIES.into_iter().zip(watts).for_each(|(entry, watts)| audit.add(entry, watts));
+    audit
+}
+
+/// Entries of the sums over triangles, in their order.
+const ENTRIES: [Entry; 9] = [
+    Entry::LightIn,
+    Entry::AbsorbedBefore,
+    Entry::Reflected,
+    Entry::TotallyReflected,
+    Entry::TurnedAway,
+    Entry::GoesAway,
+    Entry::NearlyLevel,
+    Entry::SplitPaths,
+    Entry::Entered,
+];
+
+fn beam(v: [Refracted; 3], flux_model: FluxModel, flat_transmittance: f32, ior: f32) -> (Option<Beam>, TriangleEnergy) {
     let [a, b, c] = v.map(|v| v.position);
     // Twice the area times the upward normal.
     let cross = (b - a).cross(c - a);
@@ -211,18 +298,19 @@ fn beam(v: [Refracted; 3], flux_model: FluxModel, flat_transmittance: f32, ior: 
         if turned { solid_angle(seen) } else { -solid_angle(seen) }
     };
     let measure = measure.max(0.0);
-    let emitted = mean(|v| v.strength) * measure;
     let incident = mean(|v| v.strength * v.kept) * measure;
     let transmittance = if v[0].from_lamp != Vec3::ZERO && measure > WIDE_SR {
         wide_transmittance(&v, ior)
     } else {
         (v[0].transmittance + v[1].transmittance + v[2].transmittance) / 3.0
     };
-    let sum = |v: Vec3| f64::from(v.x) + f64::from(v.y) + f64::from(v.z);
-    let mut energy = SurfaceEnergy { incident: sum(emitted), absorbed: sum(emitted - incident), ..SurfaceEnergy::default() };
-    let (Some(ra), Some(rb), Some(rc)) = (v[0].ray, v[1].ray, v[2].ray) else {
-        let end = if v.iter().any(|v| v.reflects_all) { &mut energy.totally_reflected } else { &mut energy.grazing };
-        *end = sum(incident);
+    let mut energy = TriangleEnergy {
+        light_in: sum(mean(|v| v.strength) * measure),
+        absorbed: sum(mean(|v| v.strength * (Vec3::ONE - v.kept)) * measure),
+        ..TriangleEnergy::default()
+    };
+    let (Ok(ra), Ok(rb), Ok(rc)) = (v[0].ray, v[1].ray, v[2].ray) else {
+        v.iter().for_each(|v| energy.corner_without_beam(v, measure / 3.0));
         return (None, energy);
     };
     let entered = incident * transmittance;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{Vec3, Vec4};
 
 use crate::RenderError;
-use crate::beams::window;
+use crate::beams::{BeamTally, LightBeams, window};
 use crate::passes::shadow_map::{LightUniform, refracted_at_flat_water};
 use crate::passes::{fullscreen, light, shadow_map};
 use crate::receivers::ReceiverGroup;
@@ -35,6 +35,8 @@ pub struct FrameLight {
     pub buffer: BufferId,
     /// Shadow map of straight rays; one texel of depth 1 if [`super::ViewOptions::surface_shadows`] is off.
     pub straight_map: TextureId,
+    /// Shadow map through the surface; one texel of depth 1 if [`super::ViewOptions::underwater_shadows`] is off, or without water.
+    pub refracted_map: TextureId,
 }
 
 /// Triangles that cast shadows.
@@ -92,6 +94,21 @@ impl FrameBuilder<'_> {
         Ok(())
     }
 
+    /// What the audit counts of a light's beams through the water's surface, once the frame has run.
+    #[must_use]
+    pub fn beam_tally(&self, light: &FrameLight, beams: Arc<LightBeams>, sigma_t: Vec3, bottom_y: f32) -> BeamTally {
+        let shadows = self.view.shadows(light.in_water);
+        BeamTally {
+            beams,
+            light: light.uniform,
+            straight: shadows.straight.then_some(light.straight_map),
+            refracted: shadows.refracted.then_some(light.refracted_map),
+            sigma_t,
+            bottom_y,
+            culled: Vec::new(),
+        }
+    }
+
     /// Draws the shadow maps of a light and its direct irradiance.
     fn light(&mut self, number: usize) -> FrameLight {
         let (scene, receivers, view) = (self.scene, self.receivers, self.view);
@@ -112,7 +129,7 @@ impl FrameBuilder<'_> {
             direct: self.direct,
             visibility: Some(self.visibility),
         };
-        let light = FrameLight { number, in_water, uniform, buffer, straight_map };
+        let light = FrameLight { number, in_water, uniform, buffer, straight_map, refracted_map };
         self.light_pass(format!("light {number}"), &light, refracted_map, lit);
         if let Some(lit) = self.lit_surroundings() {
             self.light_pass(format!("surroundings light {number}"), &light, refracted_map, lit);

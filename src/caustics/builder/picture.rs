@@ -5,7 +5,8 @@ use std::sync::Arc;
 use crate::passes::environment::EnvironmentUniform;
 use crate::passes::water_surface::{self, WaterVertex};
 use crate::passes::{fullscreen, in_scattering, shade};
-use crate::{LayerSource, LightMask, Resolve, TechniqueFrame};
+use crate::audit::Audit;
+use crate::{LayerSource, LightMask, Resolve, Tally, TechniqueFrame};
 use glam::Vec3;
 use nephroid_pipeline::frame::{BindEntry, BufferId, DepthStencilAttachment, Draw, Pass, TextureId};
 use nephroid_pipeline::state::{ADDITIVE, CompareFunction, DepthBiasState, TextureFormat};
@@ -53,24 +54,32 @@ impl Contributions {
 }
 
 impl FrameBuilder<'_> {
-    /// Adds the passes `shade` and `picture`, and names the layers. Audit, counters and times are left empty.
+    /// Adds the passes `shade` and `picture`, and names the layers. Audit, counters and times are left empty, and tallies have what the
+    /// builder's own passes mark.
     #[must_use]
     pub fn finish(mut self, contributions: Contributions) -> TechniqueFrame {
         let environment = self.uniform("environment", &environment_uniform(self.scene));
-        let radiance = self.shade(environment, contributions.irradiance);
-        let radiance = self.glass(environment, radiance);
+        let shaded = self.shade(environment, contributions.irradiance);
+        let radiance = self.glass(environment, shaded);
         self.picture(environment, radiance, contributions.in_scattered);
         TechniqueFrame {
             light_mask: self.light_mask(&contributions),
             layers: self.layers(contributions),
-            frame: self.frame,
             margin: self.margin,
             samples: self.view.samples,
-            audit: Vec::new(),
+            audit: Audit::default(),
             counters: Vec::new(),
-            tallies: Vec::new(),
+            tallies: self.searched(radiance != shaded, radiance),
             seconds: Vec::new(),
+            frame: self.frame,
         }
+    }
+
+    /// Pictures whose samples are marked where the search for what they show has not converged.
+    fn searched(&self, glass: bool, radiance: TextureId) -> Vec<Tally> {
+        let water = self.water.is_some() && self.view.eye_refraction == EyeRefraction::Snell && self.camera.water.z == 0.0;
+        let searched = [(glass, radiance), (water, self.color)].into_iter().filter(|(searches, _)| *searches);
+        searched.map(|(_, texture)| Tally::Marked(texture, "eye_searches_unconverged")).collect()
     }
 
     /// Converts irradiance to the radiance of the receiver that each sample shows.

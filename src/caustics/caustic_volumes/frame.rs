@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use glam::{Vec3, Vec4};
 
-use crate::beams::{self, Beam, FluxModel, Interface, LightBeams};
+use crate::audit::Audit;
+use crate::beams::{Beam, FluxModel, Interface, LightBeams};
 use crate::builder::state::{additive, depth_state};
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight, ViewOptions};
 use crate::receivers::Receivers;
-use crate::{RenderError, TechniqueFrame};
+use crate::{RenderError, Tally, TechniqueFrame};
 use nephroid_pipeline::frame::{BindEntry, DepthStencilAttachment, Draw, Pass};
 use nephroid_pipeline::sampler::Sampler;
 use nephroid_pipeline::state::{CompareFunction, DepthBiasState, Face, PrimitiveState, PrimitiveTopology};
@@ -50,24 +51,25 @@ pub fn build(
         Radiometry::Physical => FluxModel::Conserved,
         Radiometry::Paper => FluxModel::FlatTransmittance,
     };
-    let mut all_beams: Vec<LightBeams> = Vec::new();
+    let (mut audit, mut tallies) = (Audit::default(), Vec::new());
+    let mut all_beams: Vec<Arc<LightBeams>> = Vec::new();
     builder.lights(|builder, light| {
         if let Some(field) = water {
-            let beams = Interface::new(field, &scene.lights[light.number], &light.uniform, &scene.medium).beams(flux_model);
+            let beams = Arc::new(Interface::new(field, &scene.lights[light.number], &light.uniform, &scene.medium).beams(flux_model));
             let bottom_y = bottom_of_volumes(scene, receivers, settings, &beams);
             volume_pass(builder, &beams, &targets, light, bottom_y, settings);
+            audit.merge(&beams.energy);
+            tallies.push(Tally::Beams(builder.beam_tally(light, beams.clone(), beams.sigma_t, bottom_y)));
             all_beams.push(beams);
         }
         Ok(())
     })?;
-    Ok(TechniqueFrame {
-        audit: beams::audit("water", &all_beams, |beams| bottom_of_volumes(scene, receivers, settings, beams)),
-        counters: counters(receivers, &all_beams),
-        ..builder.finish(targets.contributions())
-    })
+    let mut frame = builder.finish(targets.contributions());
+    frame.tallies.extend(tallies);
+    Ok(TechniqueFrame { audit, counters: counters(receivers, &all_beams), ..frame })
 }
 
-fn counters(receivers: &Receivers, beams: &[LightBeams]) -> Vec<(String, u64)> {
+fn counters(receivers: &Receivers, beams: &[Arc<LightBeams>]) -> Vec<(String, u64)> {
     let entry = |name: &str, count| (name.to_owned(), count);
     let beams = [entry("beams", beams.iter().map(|l| l.beams.len() as u64).sum()), entry("beams_dark", beams.iter().map(|l| l.dark).sum())];
     [receivers.counters(), beams.into()].concat()

@@ -1,5 +1,7 @@
 //! The builder of light-volumes frames, for one scene.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use nephroid_pipeline::Device;
@@ -7,9 +9,10 @@ use nephroid_scene::Scene;
 use nephroid_scene::geom::Aabb;
 use nephroid_scene::water::{HeightField, WaterSim};
 
-use crate::beams;
+use crate::audit::Audit;
+use crate::beams::{BeamTally, LightBeams};
 use crate::builder::{FrameBuilder, FrameLight, cut_level};
-use crate::{Builder, Receivers, RenderError, TechniqueFrame};
+use crate::{Builder, Receivers, RenderError, Tally, TechniqueFrame};
 
 use super::boxes::{self, ReceiverBox};
 use super::columns::{ReceiverColumns, receiver_columns};
@@ -116,14 +119,13 @@ impl LightVolumesBuilder {
             visible = timed(clock, &mut seconds.queries, || occlusion::visible_boxes(device, &mut builder, &below.boxes))?;
             counters.boxes_hidden = visible.iter().filter(|visible| !**visible).count() as u64;
         }
-        let mut all_beams = Vec::new();
-        let mut bottoms = [0.0; 2];
+        let mut all_beams: Vec<Arc<LightBeams>> = Vec::new();
+        let (mut audit, mut tallies) = (Audit::default(), Vec::new());
         builder.lights(|builder, light| {
             let generated = timed(clock, &mut seconds.beams, || generators.beams_of(light))?;
             let Some(generated) = generated else { return Ok(()) };
             let GeneratedBeams { beams, span, .. } = &generated;
             let up = beams.side < 0.0;
-            bottoms[usize::from(up)] = span.bottom_y;
             let (receivers, Below { boxes, cache, .. }) = if up {
                 let (receivers, above) = above.get_or_insert_with(|| (receivers.upside_down(), Below::NOTHING));
                 above.reach(receivers, generated.level, span.top_y);
@@ -163,18 +165,18 @@ impl LightVolumesBuilder {
             };
             timed(clock, &mut seconds.draws, || pass.add(builder, &targets));
             counters.add(beams, &shadowed, &statistics, &accepted);
+            audit.merge(&beams.energy);
+            if field.is_some() {
+                let (sigma_t, bottom_y) = (frame::sigma_t(settings, beams), span.bottom_y);
+                let tally = builder.beam_tally(light, beams.clone(), sigma_t, bottom_y);
+                tallies.push(Tally::Beams(BeamTally { culled: shadowed.beams(beams), ..tally }));
+            }
             all_beams.push(generated.beams);
             Ok(())
         })?;
-        let name = if field.is_some() { "water" } else { "specular" };
-        let mut audit = beams::audit(name, &all_beams, |beams| bottoms[usize::from(beams.side < 0.0)]);
-        audit.push(("culled_in_shadow".to_owned(), counters.shadowed_w));
-        Ok(TechniqueFrame {
-            audit,
-            seconds: seconds.named(),
-            counters: counters.named(receivers, &all_beams),
-            ..builder.finish(targets.caustic.contributions())
-        })
+        let mut frame = builder.finish(targets.caustic.contributions());
+        frame.tallies.extend(tallies);
+        Ok(TechniqueFrame { audit, seconds: seconds.named(), counters: counters.named(receivers, &all_beams), ..frame })
     }
 }
 

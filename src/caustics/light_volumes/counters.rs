@@ -1,7 +1,9 @@
 //! Counters and times of a frame, over all lights.
 
+use std::sync::Arc;
+
 use crate::Receivers;
-use crate::beams::{self, LightBeams};
+use crate::beams::LightBeams;
 
 use super::cull::{ClampedBeam, CullStatistics};
 use super::shadow::Shadowed;
@@ -22,8 +24,6 @@ pub struct Counters {
     pub beams_shadowed: u64,
     /// Boxes of receivers that are hidden from the eye.
     pub boxes_hidden: u64,
-    /// Flux of the beams culled in shadow, W summed over RGB.
-    pub shadowed_w: f64,
 }
 
 impl Counters {
@@ -33,18 +33,12 @@ impl Counters {
         self.draws += accepted.iter().map(|beam| 2 * slices::runs(beam.slabs).count() as u64).sum::<u64>();
         self.queries += shadowed.queries();
         self.leaves_culled += shadowed.leaves;
-        for (triangle, _) in shadowed.triangles.iter().enumerate().filter(|(_, culled)| **culled) {
-            let beam = beams.of_triangle[triangle];
-            if beam != beams::NONE {
-                self.beams_shadowed += 1;
-                self.shadowed_w += beams.beams[beam as usize].flux.truncate().as_dvec3().element_sum();
-            }
-        }
+        self.beams_shadowed += shadowed.beams(beams).iter().filter(|culled| **culled).count() as u64;
     }
 
     /// Name and value of every counter.
     #[must_use]
-    pub fn named(&self, receivers: &Receivers, beams: &[LightBeams]) -> Vec<(String, u64)> {
+    pub fn named(&self, receivers: &Receivers, beams: &[Arc<LightBeams>]) -> Vec<(String, u64)> {
         let CullStatistics { out_of_view, missed, clamped, drawn, beam_tests, node_tests } = self.culling;
         let own = [
             ("beams", beams.iter().map(|l| l.beams.len() as u64).sum()),

@@ -68,6 +68,11 @@ pub fn targets(builder: &mut FrameBuilder<'_>, gather: Gather, layers: &[&str]) 
     }
 }
 
+/// Extinction coefficient with which beams are drawn, 1/m. The paper has no attenuation [decision E5].
+pub fn sigma_t(settings: &LightVolumes, beams: &LightBeams) -> Vec3 {
+    if settings.radiometry == Radiometry::Physical { beams.sigma_t } else { Vec3::ZERO }
+}
+
 /// The passes of one light.
 pub struct LightPass<'a> {
     /// The technique's settings.
@@ -92,9 +97,7 @@ impl LightPass<'_> {
     pub fn add(&self, builder: &mut FrameBuilder<'_>, targets: &Targets) {
         let settings = self.settings;
         let number = self.light.number;
-        // The paper has no attenuation [decision E5].
-        let sigma_t = if settings.radiometry == Radiometry::Physical { self.beams.sigma_t } else { Vec3::ZERO };
-        let sigma_t = sigma_t.extend(if self.by_water { 1.0 } else { 0.0 });
+        let sigma_t = sigma_t(settings, self.beams).extend(if self.by_water { 1.0 } else { 0.0 });
         let shadows = if self.by_water && builder.view.shadows(self.light.in_water).straight { 1.0 } else { 0.0 };
         let (level, slabs) = (self.slices.planes_y[0], self.slices.planes_y.len() - 1);
         let step = (level - self.slices.planes_y[slabs]) / slabs as f32;

@@ -3,6 +3,8 @@
 use nephroid_scene::water::HeightField;
 use nephroid_scene::{Radiometry, Scene};
 
+use std::sync::Arc;
+
 use crate::beams::{FluxModel, Interface, LightBeams};
 use crate::builder::FrameLight;
 use crate::{Receivers, RenderError};
@@ -29,7 +31,7 @@ pub struct Generators<'a> {
 /// A light's beams, with their slicing and grouping.
 pub struct GeneratedBeams {
     /// The beams.
-    pub beams: LightBeams,
+    pub beams: Arc<LightBeams>,
     /// Heights of the generators and of the lowest plane.
     pub span: Span,
     /// Height of the first slicing plane, m: the mean level of the generators.
@@ -66,14 +68,14 @@ impl Generators<'_> {
             };
             let interface = Interface::new(field, source, &light.uniform, &self.scene.medium);
             let (level, field) = (water.level_m * interface.side, &interface.field);
-            let beams = interface.beams(flux_model);
+            let beams = Arc::new(interface.beams(flux_model));
             let heights = field.heights_ws.iter().fold((level, level), |(low, high), &y| (low.min(y), high.max(y)));
             let span = self.span(heights, beams.side);
             let (grid, buckets, levels) = ((field.columns, field.rows), settings.buckets, settings.levels);
             return Ok(Some(GeneratedBeams { beams, span, level, grid, buckets, levels }));
         }
         let Some(specular) = self.specular else { return Ok(None) };
-        let beams = specular.beams(source, settings.radiometry)?;
+        let beams = Arc::new(specular.beams(source, settings.radiometry)?);
         let heights = beams.beams.iter().flat_map(|beam| beam.g.map(|g| g.y));
         let heights = heights.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
         let span = self.span(if beams.beams.is_empty() { (0.0, 0.0) } else { heights }, beams.side);

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use crate::Receivers;
+use crate::beams::{LightBeams, NONE};
 use crate::builder::state::depth_state;
 use crate::passes::geometry_buffer::ReceiverVertex;
 use crate::passes::shadow_map::{LightUniform, straight_program};
@@ -44,6 +45,13 @@ impl Shadowed {
     #[must_use]
     pub fn queries(&self) -> u64 {
         self.levels.iter().map(|level| level.len() as u64).sum()
+    }
+
+    /// By beam, whether it is culled; empty if no query was made.
+    #[must_use]
+    pub fn beams(&self, light: &LightBeams) -> Vec<bool> {
+        let made = self.triangles.iter().zip(&light.of_triangle).filter(|(_, beam)| **beam != NONE);
+        made.map(|(culled, _)| *culled).collect()
     }
 }
 

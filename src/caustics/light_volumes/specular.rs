@@ -8,8 +8,9 @@ use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::RenderError;
+use crate::audit::{Audit, Entry};
 use crate::beams::{Beam, LightBeams, NONE, comes_first};
-use crate::surfaces::{Path, Surfaces};
+use crate::surfaces::{Losses, Path, Surfaces};
 use nephroid_scene::geom::{Aabb, Mesh};
 use nephroid_scene::{Light, Material, Radiometry, Scene};
 
@@ -30,7 +31,30 @@ struct GeneratorVertex {
     /// Whether the light reaches the vertex.
     lit: bool,
     paths: Vec<Path>,
+    /// Shares of its light that do not get to the end of a path.
+    losses: Losses,
 }
+
+/// Triangles of a task. It does not depend on the number of threads.
+const PART: usize = 256;
+
+/// Entries of light that is followed, or not, through mirrors and glass.
+const COUNTED: [Entry; 14] = [
+    Entry::LightIn,
+    Entry::ByMirrors,
+    Entry::InGlass,
+    Entry::GoesAway,
+    Entry::NearlyLevel,
+    Entry::SplitPaths,
+    Entry::TooManyEvents,
+    Entry::TooWeak,
+    Entry::WrongSide,
+    Entry::StaysInGlass,
+    Entry::Entered,
+    Entry::Carried,
+    Entry::Missed,
+    Entry::Landed,
+];
 
 impl Specular {
     /// Reads the scene's objects; `None` if none is a mirror or glass. `edge`: longest edge of a generator's triangle, as a share of its object's
@@ -62,7 +86,7 @@ impl Specular {
     /// If there are more than [`MAX_BEAMS`] beams.
     pub fn beams(&self, light: &Light, radiometry: Radiometry) -> Result<LightBeams, RenderError> {
         let mut found: Vec<(u64, Beam)> = Vec::new();
-        let mut out = LightBeams::default();
+        let mut out = LightBeams { energy: Audit::of(&COUNTED), ..LightBeams::default() };
         let bounds = self.generators.iter().fold(Aabb::EMPTY, |all, (_, mesh)| all.union(mesh.bounds()));
         for (object, mesh) in &self.generators {
             let vertices: Vec<GeneratorVertex> = (0..mesh.positions.len())
@@ -70,21 +94,26 @@ impl Specular {
                 .with_min_len(64)
                 .map(|i| self.vertex(*object, mesh.positions[i], mesh.normals[i], light))
                 .collect();
-            let made: Vec<(f64, Vec<Beam>)> = (0..mesh.triangle_count())
-                .into_par_iter()
-                .with_min_len(64)
-                .map(|t| {
-                    let [a, b, c] = [0, 1, 2].map(|k| mesh.indices[3 * t + k] as usize);
-                    let positions = [a, b, c].map(|i| mesh.positions[i]);
-                    beams_of(positions, [&vertices[a], &vertices[b], &vertices[c]], radiometry)
-                })
-                .collect();
-            for (t, (incident, beams)) in made.into_iter().enumerate() {
-                let middle = [0, 1, 2].map(|k| mesh.positions[mesh.indices[3 * t + k] as usize]).into_iter().sum::<Vec3>() / 3.0;
-                out.energy.incident += incident;
-                out.dark += u64::from(beams.is_empty());
-                let place = curve_position((middle - bounds.min) / bounds.size().max(Vec3::splat(f32::MIN_POSITIVE)));
-                found.extend(beams.into_iter().map(|beam| (place, beam)));
+            let count = mesh.triangle_count();
+            let part = |part: usize| {
+                let (mut beams, mut audit, mut dark) = (Vec::new(), Audit::default(), 0);
+                for t in part * PART..((part + 1) * PART).min(count) {
+                    let corners = [0, 1, 2].map(|k| mesh.indices[3 * t + k] as usize);
+                    let positions = corners.map(|i| mesh.positions[i]);
+                    let triangle = Triangle::new(positions, corners.map(|i| &vertices[i]), radiometry);
+                    let middle = positions.into_iter().sum::<Vec3>() / 3.0;
+                    let place = curve_position((middle - bounds.min) / bounds.size().max(Vec3::splat(f32::MIN_POSITIVE)));
+                    let before = beams.len();
+                    beams.extend(triangle.beams(&mut audit).map(|beam| (place, beam)));
+                    dark += u64::from(beams.len() == before);
+                }
+                (beams, audit, dark)
+            };
+            let parts: Vec<_> = (0..count.div_ceil(PART)).into_par_iter().map(part).collect();
+            for (beams, audit, dark) in parts {
+                found.extend(beams);
+                out.energy.merge(&audit);
+                out.dark += dark;
             }
             if found.len() as u64 > MAX_BEAMS {
                 return Err(LightVolumesError::TooManyGenerators { object: format!("object {object}"), limit: MAX_BEAMS }.into());
@@ -92,8 +121,6 @@ impl Specular {
         }
         found.sort_by_key(|(place, _)| *place);
         out.beams = found.into_iter().map(|(_, beam)| beam).collect();
-        out.energy.entered = out.beams.iter().map(|beam| beam.flux.truncate().as_dvec3().element_sum()).sum();
-        out.energy.grazing = out.energy.incident - out.energy.entered;
         // Two beams correspond to the two triangles of a cell of a mesh.
         out.of_triangle = (0..out.beams.len() as u32).collect();
         out.of_triangle.resize(2 * cells(&out) as usize, NONE);
@@ -102,8 +129,8 @@ impl Specular {
 
     fn vertex(&self, object: u32, position: Vec3, normal: Vec3, light: &Light) -> GeneratorVertex {
         let incident = light.incident(position);
-        let (lit, paths) = self.surfaces.paths(object, position, normal, light, incident.direction_ws);
-        GeneratorVertex { irradiance: incident.irradiance, direction: incident.direction_ws, lit, paths }
+        let (lit, paths, losses) = self.surfaces.paths(object, position, normal, light, incident.direction_ws);
+        GeneratorVertex { irradiance: incident.irradiance, direction: incident.direction_ws, lit, paths, losses }
     }
 }
 
@@ -116,20 +143,69 @@ fn is_specular(material: &Material) -> bool {
     !matches!(material, Material::Diffuse { .. })
 }
 
-/// Flux that arrives at a triangle, W summed over RGB, and the beams that this light makes.
-fn beams_of(positions: [Vec3; 3], vertices: [&GeneratorVertex; 3], radiometry: Radiometry) -> (f64, Vec<Beam>) {
-    let cross = (positions[1] - positions[0]).cross(positions[2] - positions[0]);
-    let area = 0.5 * cross.length();
-    let direction = vertices.iter().map(|v| v.direction).sum::<Vec3>().normalize_or_zero();
-    let across = 0.5 * direction.dot(cross).abs();
-    let arriving = vertices.iter().map(|v| if v.lit { v.irradiance } else { Vec3::ZERO }).sum::<Vec3>() / 3.0;
-    let counted = match radiometry {
-        Radiometry::Physical => across,
-        Radiometry::Paper => area,
-    };
-    let beams = vertices[0].paths.iter().filter_map(|first| {
-        let same = |vertex: &GeneratorVertex| vertex.paths.iter().find(|path| path.hash == first.hash).copied();
-        let paths = [*first, same(vertices[1])?, same(vertices[2])?];
+/// A triangle of a generator.
+struct Triangle<'a> {
+    vertices: [&'a GeneratorVertex; 3],
+    area: f32,
+    /// Area across the light, m².
+    across: f32,
+    /// The area by which the radiometry multiplies irradiance, m².
+    counted: f32,
+}
+
+impl<'a> Triangle<'a> {
+    fn new(positions: [Vec3; 3], vertices: [&'a GeneratorVertex; 3], radiometry: Radiometry) -> Self {
+        let cross = (positions[1] - positions[0]).cross(positions[2] - positions[0]);
+        let area = 0.5 * cross.length();
+        let direction = vertices.iter().map(|v| v.direction).sum::<Vec3>().normalize_or_zero();
+        let across = 0.5 * direction.dot(cross).abs();
+        let counted = match radiometry {
+            Radiometry::Physical => across,
+            Radiometry::Paper => area,
+        };
+        Self { vertices, area, across, counted }
+    }
+
+    /// The beams that the light on it makes. All of its light is counted, corner by corner.
+    fn beams(&self, audit: &mut Audit) -> impl Iterator<Item = Beam> {
+        for vertex in self.vertices.iter().filter(|vertex| vertex.lit) {
+            let arriving = vertex.irradiance * (self.across / 3.0);
+            audit.add(Entry::LightIn, watts(arriving));
+            for (entry, share) in vertex.losses.each() {
+                if share != Vec3::ZERO {
+                    audit.add(entry, watts(arriving * share));
+                }
+            }
+            for path in &vertex.paths {
+                let light = watts(arriving * path.share);
+                let end = match self.paths(path.hash) {
+                    _ if path.direction.y >= 0.0 => Entry::GoesAway,
+                    _ if !path.goes_down() => Entry::NearlyLevel,
+                    Some(paths) if paths.iter().all(|path| path.goes_down()) => Entry::Entered,
+                    _ => Entry::SplitPaths,
+                };
+                audit.add(end, light);
+                if end == Entry::Entered {
+                    let carried = watts(vertex.irradiance * path.share * (self.counted / 3.0));
+                    audit.add(if path.lands { Entry::Landed } else { Entry::Missed }, carried);
+                }
+            }
+        }
+        let beams: Vec<Beam> = self.vertices[0].paths.iter().filter_map(|first| self.beam(&self.paths(first.hash)?)).collect();
+        for beam in &beams {
+            audit.add(Entry::Carried, watts(beam.flux.truncate()));
+        }
+        beams.into_iter()
+    }
+
+    /// The paths of the three corners that took a way; `None` if not all did.
+    fn paths(&self, hash: u64) -> Option<[Path; 3]> {
+        let of = |vertex: &GeneratorVertex| vertex.paths.iter().find(|path| path.hash == hash).copied();
+        Some([of(self.vertices[0])?, of(self.vertices[1])?, of(self.vertices[2])?])
+    }
+
+    fn beam(&self, paths: &[Path; 3]) -> Option<Beam> {
+        let vertices = &self.vertices;
         let carried: [Vec3; 3] =
             std::array::from_fn(|i| if vertices[i].lit { vertices[i].irradiance * paths[i].share } else { Vec3::ZERO });
         let mean = carried.iter().copied().sum::<Vec3>() / 3.0;
@@ -146,10 +222,13 @@ fn beams_of(positions: [Vec3; 3], vertices: [&GeneratorVertex; 3], radiometry: R
                 let weight = carried[i].element_sum() / mean.element_sum();
                 Vec4::new(paths[i].direction.x * per_depth, per_depth, paths[i].direction.z * per_depth, weight)
             }),
-            flux: (mean * counted).extend(area),
+            flux: (mean * self.counted).extend(self.area),
         })
-    });
-    ((arriving * across).as_dvec3().element_sum(), beams.collect())
+    }
+}
+
+fn watts(light: Vec3) -> f64 {
+    light.as_dvec3().element_sum()
 }
 
 /// Position of a point of the unit cube on the Morton curve, 21 bits per axis.

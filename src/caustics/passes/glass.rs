@@ -4,7 +4,8 @@
 //! passed its body ([`Faces`]), attenuated on the way inside by the Beer-Lambert law. Receivers are searched first in the picture, then in a wider view of the
 //! surroundings ([`SeenReceivers`]); a ray that finds none shows the sky.
 //!
-//! Target: `glass` (W/(m² sr)), the radiance of the surface that each pixel shows: for receivers, that of the pass `shade`. Each ray meets mirrors and glass
+//! Target: `glass` (W/(m² sr)), the radiance of the surface that each pixel shows: for receivers, that of the pass `shade`. w is 1, or 2 where a ray passes
+//! behind a receiver and then meets none: what it meets may be hidden, and the renderer counts such samples (`eye_searches_unconverged`). Each ray meets mirrors and glass
 //! once: what is seen in or through them has none.
 
 use std::sync::Arc;
@@ -72,6 +73,7 @@ impl FragmentShader for Fragment {
         let is_glass = kind.equals(kind.like(1.0 + MaterialKind::Dielectric as u8 as f32));
         let one = kind.like(1.0);
         let mut radiance = input.texel3_here(bindings.texture(10));
+        let mut doubtful = kind.lt(kind);
         if (is_mirror | is_glass).any() {
             let scene = Surroundings::of(bindings);
             let p: V3<L> = input.texel3_here(bindings.texture(2));
@@ -90,10 +92,12 @@ impl FragmentShader for Fragment {
                 // A mirror shows the first ray alone.
                 let wanted = if number == 0 { is_mirror | is_glass } else { is_glass };
                 let wanted = wanted & ray.share.dot(ray.share).gt(one.like(0.0));
-                radiance = radiance + V3::select(wanted, scene.radiance(ray, wanted).hadamard(ray.share), none);
+                let (arriving, doubt) = scene.radiance(ray, wanted);
+                radiance = radiance + V3::select(wanted, arriving.hadamard(ray.share), none);
+                doubtful = doubtful | doubt;
             }
         }
-        output.color[0] = v4(radiance.x, radiance.y, radiance.z, one);
+        output.color[0] = v4(radiance.x, radiance.y, radiance.z, L::select(doubtful, one + one, one));
     }
 }
 
@@ -183,16 +187,17 @@ impl<'a> Surroundings<'a> {
         Self { environment: bindings.uniform(1), near: seen(0, 8), wide: seen(11, 12) }
     }
 
-    /// Radiance that arrives along rays, for the lanes of `wanted`.
+    /// Radiance that arrives along rays, for the lanes of `wanted`; and the lanes of which it is not known whether they meet a receiver.
     #[inline(always)]
-    fn radiance<L: Lanes>(&self, ray: &Ray<L>, wanted: L::Mask) -> V3<L> {
+    fn radiance<L: Lanes>(&self, ray: &Ray<L>, wanted: L::Mask) -> (V3<L>, L::Mask) {
         let mut radiance = self.environment.sky(ray.direction);
-        let mut rest = wanted;
+        let (mut rest, mut doubtful) = (wanted, ray.origin.x.lt(ray.origin.x));
         for receivers in [&self.near, &self.wide] {
             let found = receivers.search(ray.origin, ray.direction, rest);
             radiance = V3::select(found.exists, found.radiance, radiance);
             rest = rest & !found.exists;
+            doubtful = doubtful | found.doubtful;
         }
-        radiance
+        (radiance, doubtful & rest)
     }
 }

@@ -76,6 +76,8 @@ pub struct Found<L: Lanes> {
     pub radiance: V3<L>,
     /// Lanes whose ray meets a receiver.
     pub exists: L::Mask,
+    /// Lanes whose ray has passed behind a receiver, and meets none after it: what it meets may be hidden.
+    pub doubtful: L::Mask,
 }
 
 /// A ray inside of the camera's view.
@@ -108,7 +110,7 @@ impl SeenReceivers<'_> {
         let ray = self.ray(origin, direction);
         let mut searching = wanted & ray.start_w.gt(zero) & ray.length.gt(zero);
         let mut in_front = searching;
-        let mut found = Found { radiance: v3(zero, zero, zero), exists: zero.lt(zero) };
+        let mut found = Found { radiance: v3(zero, zero, zero), exists: zero.lt(zero), doubtful: zero.lt(zero) };
         for step in 0..STEPS {
             if none(searching) {
                 break;
@@ -121,10 +123,12 @@ impl SeenReceivers<'_> {
                 let hits = crosses & is_near;
                 found.radiance = V3::select(hits, self.radiance(&meeting), found.radiance);
                 found.exists = found.exists | hits;
+                found.doubtful = found.doubtful | (crosses & !hits);
                 searching = searching & !hits;
             }
             in_front = !behind;
         }
+        found.doubtful = found.doubtful & !found.exists;
         found
     }
 

@@ -11,6 +11,7 @@ struct ReceiverBounds {
 struct Found {
     radiance: vec3<f32>,
     exists: bool,
+    doubtful: bool,
 }
 
 struct Ray {
@@ -126,9 +127,10 @@ fn search(
 ) -> Found {
     let ray = ray_in_view(camera, bounds, origin, direction);
     if !(ray.start_w > 0.0 && ray.length > 0.0) {
-        return Found(vec3<f32>(0.0), false);
+        return Found(vec3<f32>(0.0), false, false);
     }
     var in_front = true;
+    var doubtful = false;
     for (var step = 0; step < STEPS; step++) {
         let start = f32(step) / f32(STEPS);
         let end = f32(step + 1) / f32(STEPS);
@@ -155,10 +157,11 @@ fn search(
                 // The plane of a curved receiver's last texel may be met a little before the step.
                 on_plane = min(max(on_plane, front * 2.0 - back), back);
                 meeting.point = ray.origin + ray.direction * on_plane;
-                return Found(radiance_of(camera, positions, radiances, meeting), true);
+                return Found(radiance_of(camera, positions, radiances, meeting), true, false);
             }
+            doubtful = true;
         }
         in_front = !behind;
     }
-    return Found(vec3<f32>(0.0), false);
+    return Found(vec3<f32>(0.0), false, doubtful);
 }

@@ -5,6 +5,9 @@
 //! - *Snell*: along the refracted ray of the eye, followed through the position texture by the fixed-point iteration of Shah, Konttinen & Pattanaik
 //!   2007, `d ← |S − position(project(S + d·r))|`, damped by half.
 //!
+//! The search ends after a fixed number of steps. Where what it has found lies further off the ray than [`OFF_RAY_PX`] pixels, or it has found nothing under
+//! water, it has not converged: w of the picture is then 2 in place of 1, and the renderer counts such samples (`eye_searches_unconverged`).
+//!
 //! The result is attenuated by the water along the way, in-scattered light is added, and Fresnel reflection of sky and sun is mixed in. What leaves the water
 //! along a refracted ray spreads over a wider angle: `L = (1 − R)·L_water/n²`. The virtual plane shows `(1 − R)·L_water`, as the paper does.
 
@@ -31,6 +34,12 @@ const ENDLESS: f32 = 1.0e4;
 
 /// Steps of the search along a refracted ray.
 const SEARCH_STEPS: usize = 8;
+
+/// Distance of what is shown from the refracted ray up to which the search has converged, in pixels there.
+const OFF_RAY_PX: f32 = 4.0;
+
+/// w of a sample of the picture whose search has not converged.
+const UNCONVERGED: f32 = 2.0;
 
 /// A vertex of the water surface.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -162,6 +171,7 @@ impl FragmentShader for SurfaceFragment {
         let view = camera.view_direction(surface);
         let one = surface.x.like(1.0);
         let ior = environment.inscatter.w;
+        let mut mark = one;
         let color = if camera.water.z > 0.0 {
             from_below(camera, environment, surface, up, view, ior)
         } else {
@@ -170,6 +180,7 @@ impl FragmentShader for SurfaceFragment {
             let reflectance = fresnel_reflectance(cos, 1.0, ior);
             let (ray, _) = refract(view, up, 1.0 / ior);
             let seen = if self.snell { self.follow(bindings, camera, surface, ray) } else { self.virtual_plane(bindings, camera, surface) };
+            mark = seen.mark;
             let below = through_water(environment, seen.radiance, seen.distance);
             // Radiance in the thinner medium is less by n²; the paper shows the water's own.
             let below = if self.snell { below * one.like(1.0 / (ior * ior)) } else { below };
@@ -178,7 +189,7 @@ impl FragmentShader for SurfaceFragment {
             let mirrored = v3(mirrored.x, Lanes::max(mirrored.y, surface.x.like(0.01)), mirrored.z).normalize();
             below * (one - reflectance) + environment.sky(mirrored) * reflectance
         };
-        output.color[0] = v4(color.x, color.y, color.z, one);
+        output.color[0] = v4(color.x, color.y, color.z, mark);
     }
 }
 
@@ -187,6 +198,8 @@ struct Seen<L> {
     radiance: V3<L>,
     /// Distance in water to the point seen, m.
     distance: L,
+    /// 1, or [`UNCONVERGED`].
+    mark: L,
 }
 
 impl SurfaceFragment {
@@ -197,7 +210,7 @@ impl SurfaceFragment {
         let pixel = camera.pixel(transform_point(&camera.clip_from_world, on_plane));
         let at = position_at(bindings, pixel);
         let distance = L::select(at.w.gt(at.w.like(0.0)), (v3(at.x, at.y, at.z) - surface).length(), at.w.like(ENDLESS * camera.level.y));
-        Seen { radiance: radiance_at(bindings, camera, pixel), distance }
+        Seen { radiance: radiance_at(bindings, camera, pixel), distance, mark: at.w.like(1.0) }
     }
 
     /// Follows a refracted ray from the surface to the first receiver under water.
@@ -230,8 +243,11 @@ impl SurfaceFragment {
             pixel = camera.pixel(camera.project(surface + ray * distance));
         }
         // If the iteration finds no point under water, the water is taken to be deep.
-        let distance = L::select(best_miss.lt(zero.like(f32::INFINITY)), best_distance, zero.like(ENDLESS * camera.level.y));
-        Seen { radiance: radiance_at(bindings, camera, best), distance }
+        let found = best_miss.lt(zero.like(f32::INFINITY));
+        let distance = L::select(found, best_distance, zero.like(ENDLESS * camera.level.y));
+        let tolerance = camera.pixel_m(surface + ray * distance) * OFF_RAY_PX;
+        let mark = L::select(found & best_miss.le(tolerance * tolerance), zero.like(1.0), zero.like(UNCONVERGED));
+        Seen { radiance: radiance_at(bindings, camera, best), distance, mark }
     }
 }
 

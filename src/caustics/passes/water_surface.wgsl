@@ -4,6 +4,8 @@ override snell: bool = true;
 
 const SEARCH_STEPS: i32 = 8;
 const ENDLESS: f32 = 1.0e4;
+const OFF_RAY_PX: f32 = 4.0;
+const UNCONVERGED: f32 = 2.0;
 
 struct WaterVertex {
     position_ws: vec4<f32>,
@@ -23,10 +25,11 @@ struct Varyings {
     @location(1) normal_ws: vec3<f32>,
 }
 
-// The radiance behind a surface point, and the distance in water to the point seen, m.
+// The radiance behind a surface point, the distance in water to the point seen, m, and 1 or UNCONVERGED.
 struct Seen {
     radiance: vec3<f32>,
     distance: f32,
+    mark: f32,
 }
 
 @vertex
@@ -58,7 +61,7 @@ fn virtual_plane(surface: vec3<f32>) -> Seen {
     let on_plane = vec3<f32>(surface.x, camera.level.x, surface.z);
     let pixel = pixel_of(camera, camera.clip_from_world * vec4<f32>(on_plane, 1.0));
     let at = texel_or_zero(positions, pixel);
-    return Seen(radiance_at(pixel), select(ENDLESS * camera.level.y, length(at.xyz - surface), at.w > 0.0));
+    return Seen(radiance_at(pixel), select(ENDLESS * camera.level.y, length(at.xyz - surface), at.w > 0.0), 1.0);
 }
 
 // Follows a refracted ray from the surface to the first receiver under water.
@@ -85,7 +88,8 @@ fn follow(surface: vec3<f32>, ray: vec3<f32>) -> Seen {
         }
         pixel = pixel_of(camera, project(camera, surface + ray * distance));
     }
-    return Seen(radiance_at(best), best_distance);
+    let tolerance = pixel_m_at(camera, surface + ray * best_distance) * OFF_RAY_PX;
+    return Seen(radiance_at(best), best_distance, select(UNCONVERGED, 1.0, best_miss <= tolerance * tolerance));
 }
 
 // The surface as an eye under water sees it: Snell's window, and total reflection around it.
@@ -124,5 +128,5 @@ fn fs(in: Varyings) -> @location(0) vec4<f32> {
     // Light that a wave reflects downwards would hit the water again; the sky just above the horizon is taken instead.
     var mirrored = reflect_ray(view, up);
     mirrored = normalize(vec3<f32>(mirrored.x, max(mirrored.y, 0.01), mirrored.z));
-    return vec4<f32>(below * (1.0 - reflectance) + sky(environment, mirrored) * reflectance, 1.0);
+    return vec4<f32>(below * (1.0 - reflectance) + sky(environment, mirrored) * reflectance, seen.mark);
 }

@@ -11,9 +11,10 @@ use nephroid_scene::Light;
 use nephroid_scene::geom::Aabb;
 
 use super::hits::Hit;
+use crate::audit::{Audit, Entry};
 use crate::passes::light_view::TexelView;
 use crate::passes::shadow_map::LightUniform;
-use crate::surfaces::{Arrival, Followed, Surfaces};
+use crate::surfaces::{Arrival, Followed, Losses, Surfaces};
 
 /// Most photons along a side of a square view: all their paths are kept at once.
 pub const MOST_PHOTONS: u32 = 2048;
@@ -46,32 +47,7 @@ pub struct ExactPhotons {
     /// Rays that have met a mirror, glass or water first.
     pub arrived: u64,
     /// Where their light has gone.
-    pub light: LightSums,
-}
-
-/// Light of rays that have met a mirror, glass or water first, W, summed over RGB. What is missing in the sum of its ends was absorbed, if losses are counted.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct LightSums {
-    /// All of it.
-    pub arrived_w: f64,
-    /// In the map.
-    pub landed_w: f64,
-    /// On receivers outside of the map.
-    pub beyond_w: f64,
-    /// Light that has left the scene. It and `dropped_w` are not known, and 0, where losses are not counted.
-    pub missed_w: f64,
-    /// Light that was not followed to its end.
-    pub dropped_w: f64,
-}
-
-impl std::ops::AddAssign for LightSums {
-    fn add_assign(&mut self, more: Self) {
-        self.arrived_w += more.arrived_w;
-        self.landed_w += more.landed_w;
-        self.beyond_w += more.beyond_w;
-        self.missed_w += more.missed_w;
-        self.dropped_w += more.dropped_w;
-    }
+    pub audit: Audit,
 }
 
 /// The ends of the ray of a texel.
@@ -82,9 +58,8 @@ struct Ends {
     /// Width of the texel at the first surface, m.
     width: f32,
     arrivals: Vec<Arrival>,
-    /// Shares of the light that have left the scene, and that were not followed.
-    missed: Vec3,
-    dropped: Vec3,
+    /// Shares of the light that end elsewhere.
+    losses: Losses,
 }
 
 /// A light whose rays are followed.
@@ -134,14 +109,17 @@ pub fn follow(surfaces: &Surfaces, source: &Source<'_>, view: &TexelView, reache
     let watts = |flux: Vec3| flux.as_dvec3().element_sum();
     let carried = |records: &[PhotonRecord]| records.iter().map(|record| watts(record.flux.truncate())).sum();
     let lit = || ends.iter().flatten().filter(|ends| ends.flux != Vec3::ZERO);
-    let light = LightSums {
-        arrived_w: lit().map(|ends| watts(ends.flux)).sum(),
-        landed_w: carried(&records),
-        beyond_w: carried(&beyond),
-        missed_w: lit().map(|ends| watts(ends.flux * ends.missed)).sum(),
-        dropped_w: lit().map(|ends| watts(ends.flux * ends.dropped)).sum(),
-    };
-    ExactPhotons { beyond: beyond.len() as u64, arrived: lit().count() as u64, light, records }
+    let mut audit = Audit::default();
+    audit.add(Entry::LightIn, lit().map(|ends| watts(ends.flux)).sum());
+    audit.add(Entry::Landed, carried(&records));
+    audit.add(Entry::BeyondTheMap, carried(&beyond));
+    for ends in lit() {
+        ends.losses.each().into_iter().for_each(|(entry, share)| audit.add(entry, watts(ends.flux * share)));
+    }
+    if lossless {
+        audit.add(Entry::OtherPaths, lit().filter(|ends| ends.arrivals.is_empty()).map(|ends| watts(ends.flux)).sum());
+    }
+    ExactPhotons { beyond: beyond.len() as u64, arrived: lit().count() as u64, audit, records }
 }
 
 /// The ends of all rays of a view, row by row.
@@ -154,14 +132,16 @@ fn ends_of(surfaces: &Surfaces, source: &Source<'_>, view: &TexelView, lossless:
         let (start, end) = (world_from_clip.project_point3(ndc(0.0)), world_from_clip.project_point3(ndc(1.0)));
         let direction = (end - start).normalize_or_zero();
         let followed = surfaces.arrivals(start, direction, |first| source.emitted(start, first))?;
-        let Followed { first, mut arrivals, mut missed, mut dropped } = followed;
+        let Followed { first, mut arrivals, mut losses } = followed;
         if lossless {
-            (missed, dropped) = (Vec3::ZERO, Vec3::ZERO);
             arrivals.retain(|arrival| arrival.plain);
             arrivals.iter_mut().for_each(|arrival| arrival.share = arrival.tint);
+            // One path at most is plain.
+            let by_mirrors = arrivals.first().map_or(Vec3::ZERO, |arrival| Vec3::ONE - arrival.tint);
+            losses = Losses { by_mirrors, ..Losses::default() };
         }
         let area = view.area_at(v3(first.x, first.y, first.z));
-        Some(Ends { flux: source.light.incident(first).irradiance * area, width: area.sqrt(), arrivals, missed, dropped })
+        Some(Ends { flux: source.light.incident(first).irradiance * area, width: area.sqrt(), arrivals, losses })
     };
     (0..rows).into_par_iter().map(|y| (0..columns).map(|x| texel(x, y).unwrap_or_default()).collect()).collect()
 }

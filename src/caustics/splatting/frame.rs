@@ -151,8 +151,10 @@ pub fn build(scene: &Scene, shared: &Shared, moments: &[Moment], settings: &Spla
         pass.gather(builder, &map, texture, &targets);
         Ok(())
     })?;
-    let (counters, audit) = totals.named(&shared.receivers);
-    Ok(TechniqueFrame { counters, audit, tallies, ..builder.finish(targets.contributions()) })
+    let mut frame = builder.finish(targets.contributions());
+    frame.tallies.extend(tallies);
+    let counters = totals.counters(&shared.receivers);
+    Ok(TechniqueFrame { counters, audit: totals.exact.map(|exact| exact.audit).unwrap_or_default(), ..frame })
 }
 
 fn emitters<'a>(builder: &mut FrameBuilder<'_>, shared: &Shared, moment: &'a Moment, settings: &Splatting) -> Emitters<'a> {

@@ -18,10 +18,10 @@ use super::gather::{self, Lit};
 use super::photons::{self, PhotonsUniform};
 use super::settings::{CurvatureFrom, Gather, Lens, Splats, Splatting};
 use super::splats::{self, Source, SplatsUniform};
-use super::totals::{ARRIVED, ExactTotals, FATES, Totals};
+use super::totals::{ENDS, ExactTotals, LOST_AT_OBJECTS, LOST_IN_WATER, Totals};
 use super::views::{LightViews, PhotonView};
 use super::{pyramid, sizes};
-use crate::Tally;
+use crate::{PhotonTally, Tally};
 use crate::builder::state::{additive, clear, target};
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight};
 use crate::passes::fullscreen;
@@ -107,7 +107,7 @@ impl LightPass<'_> {
         let back = buffer(builder, "back", Keep::NearestBack, &surfaces.glass);
         let (width, height) = size(view);
         let mut texture = |part| builder.frame.texture(TextureDescriptor::d2(format!("photon_{part} {label}"), width, height, FORMAT));
-        let [position, direction, flux] = ["position", "direction", "flux"].map(&mut texture);
+        let [position, direction, flux, losses] = ["position", "direction", "flux", "losses"].map(&mut texture);
         let both = self.settings.has_both_curvatures();
         let steps: Vec<TextureId> = if both { ["step_x", "step_y"].map(&mut texture).to_vec() } else { Vec::new() };
         let numbers = PhotonsUniform {
@@ -140,7 +140,9 @@ impl LightPass<'_> {
             water: builder.scene.water.is_some(),
             differentials: both,
         };
-        let targets: Vec<TextureId> = [position, direction, flux].into_iter().chain(steps).collect();
+        let read: Vec<TextureId> = [position, direction, flux].into_iter().chain(steps).collect();
+        // What splats do not read comes last.
+        let targets: Vec<TextureId> = read.iter().copied().chain([losses]).collect();
         let pipeline = builder.fullscreen("photons", photons::program(options), &vec![FORMAT; targets.len()], None);
         builder.frame.passes.push(Pass {
             label: format!("photons {label}"),
@@ -148,8 +150,9 @@ impl LightPass<'_> {
             draws: vec![Draw::new(pipeline, bindings, fullscreen::VERTICES)],
             ..Pass::default()
         });
-        tallies.push(Tally { fates: position, values: flux, names: FATES, arrived: ARRIVED });
-        let entries = targets.into_iter().map(BindEntry::texture).collect();
+        let lost_to = if builder.scene.water.is_some() { LOST_IN_WATER } else { LOST_AT_OBJECTS };
+        tallies.push(Tally::Photons(PhotonTally { fates: position, values: flux, losses, ends: ENDS, lost_to }));
+        let entries = read.into_iter().map(BindEntry::texture).collect();
         Photons { source: Source::Textures, view: *view, entries, columns: view.size_tx.x, count: width * height }
     }
 
@@ -165,14 +168,13 @@ impl LightPass<'_> {
         let light = &builder.scene.lights[self.light.number];
         let everywhere = Aabb { min: Vec3::splat(f32::MIN), max: Vec3::splat(f32::MAX) };
         let reached = if self.settings.gather == Gather::Eye { everywhere } else { self.own.reached };
-        let ExactPhotons { mut records, beyond, arrived, light } =
+        let ExactPhotons { mut records, beyond, arrived, audit } =
             exact::follow(surfaces, &exact::Source { light, uniform: Some(&self.light.uniform) }, view, reached, self.paper());
         let sum = totals.exact.get_or_insert_with(ExactTotals::default);
         sum.rays += arrived;
         sum.photons += records.len() as u64;
         sum.beyond += beyond;
-        sum.light += light;
-        sum.lossless = self.paper();
+        sum.audit.merge(&audit);
         let count = records.len() as u32;
         if records.is_empty() {
             // A storage binding has at least one element.

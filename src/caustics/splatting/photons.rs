@@ -10,8 +10,9 @@
 //! |---|---|---|---|
 //! | `position` | Rgba32Float | where it lands, world space, m | [`Fate`] |
 //! | `direction` | Rgba32Float | unit vector along which it arrives | diameter of its beam there, m, by the lens that it has passed |
-//! | `flux` | Rgba32Float | what it carries at its end, W, linear RGB | what it had on arrival at the first surface, W, summed over RGB |
+//! | `flux` | Rgba32Float | what it carries at its end, W, linear RGB | what was sent to the first surface, W, summed over RGB |
 //! | `step_x`, `step_y` | Rgba32Float | with [`Options::differentials`]: how far the light moves with one texel of the view along x and along y, at the photon and in no special plane, m | 1 if that is known, else 0 |
+//! | `losses` | Rgba32Float | W, summed over RGB: what surfaces reflect; what water absorbs before its surface, or mirrors absorb; what water absorbs behind its surface, or glass | 0 |
 
 use std::sync::Arc;
 
@@ -175,6 +176,7 @@ impl FragmentShader for Fragment {
         let (position, normal) = (bindings.texture(4), bindings.texture(5));
         let kind = input.texel_here(normal, 3);
         let (zero, one) = (kind.like(0.0), kind.like(1.0));
+        let white = v3(one, one, one);
         let is = [MaterialKind::Mirror, MaterialKind::Dielectric, MaterialKind::Water];
         let [mirror, glass, surface] = [0, 1, 2].map(|k: usize| is[k] as u8 as f32 + 1.0);
         let (mirror, glass, surface) = (kind.equals(kind.like(mirror)), kind.equals(kind.like(glass)), kind.equals(kind.like(surface)));
@@ -182,9 +184,10 @@ impl FragmentShader for Fragment {
         output.color[0] = v4(zero, zero, zero, zero);
         output.color[1] = output.color[0];
         output.color[2] = output.color[0];
+        output.color[3] = output.color[0];
         if self.options.differentials {
-            output.color[3] = output.color[0];
             output.color[4] = output.color[0];
+            output.color[5] = output.color[0];
         }
         if !emits.any() {
             return;
@@ -199,9 +202,13 @@ impl FragmentShader for Fragment {
         let incident = light.at(p);
         let d = incident.direction;
         let width = view.area_at(p);
-        let mut arriving = incident.irradiance * width;
+        let sent = incident.irradiance * width;
+        let mut arriving = sent;
+        let mut before_surface = zero;
         if light.water.x < 0.0 && !self.options.lossless {
-            arriving = arriving.hadamard(light.kept(p));
+            let kept = light.kept(p);
+            arriving = sent.hadamard(kept);
+            before_surface = sum(sent.hadamard(white - kept));
         }
         let curvature = if self.options.curvature_of_normals {
             curvature_of_normals(position, normal, input.position.x.floor(), input.position.y.floor())
@@ -212,7 +219,8 @@ impl FragmentShader for Fragment {
         let cos = -n.dot(d);
         let (inside, enters) = refract_by(d, n, one / index);
         let enters = enters | mirror;
-        let passes = one - fresnel_reflectance_by(cos, one / index);
+        let reflected_in = fresnel_reflectance_by(cos, one / index);
+        let passes = one - reflected_in;
         let entered = v3(passes, passes, passes);
         let mut flight = Flight {
             origin: p,
@@ -222,6 +230,7 @@ impl FragmentShader for Fragment {
         };
         let all = zero.equals(zero);
         let (mut exits, mut closed) = (all, all);
+        let (mut in_glass, mut reflected_out) = (white, zero);
         let axes = view_axes(&view.view.clip_from_world);
         let divergence =
             if light.position_ws.w == 0.0 { zero } else { one / (p - V3::splat(input.token, light.position_ws.truncate())).length() };
@@ -240,8 +249,10 @@ impl FragmentShader for Fragment {
         if !self.options.water && glass.any() {
             let exit = self.exit(bindings, (input.position.x.floor(), input.position.y.floor()), p, d, inside);
             let (out, passes_out) = refract_by(inside, exit.normal, index);
-            let leaves = one - fresnel_reflectance_by(-inside.dot(exit.normal), index);
+            reflected_out = fresnel_reflectance_by(-inside.dot(exit.normal), index);
+            let leaves = one - reflected_out;
             let kept = absorbed(colour, exit.thickness);
+            in_glass = kept;
             exits = !glass | passes_out;
             closed = !glass | exit.exists;
             if self.options.differentials {
@@ -273,12 +284,13 @@ impl FragmentShader for Fragment {
             box_ws: [numbers.box_min, numbers.box_max],
         };
         let landing = receivers.find(self.options.search, numbers.box_min.w as u32, flight.origin, flight.ray);
+        // A ray that ends nowhere has no length: its light is counted as it left the surface.
+        let length_m = L::select(landing.landed, Lanes::max(landing.distance, zero), zero);
+        let kept = if self.options.water { beer_lambert_rgb(numbers.sigma_t.truncate(), length_m) } else { white };
         let share = if self.options.lossless {
-            V3::select(mirror, colour, v3(one, one, one))
+            V3::select(mirror, colour, white)
         } else if self.options.water {
-            // A ray that ends nowhere has no length: its light is counted as it left the surface.
-            let length_m = L::select(landing.landed, Lanes::max(landing.distance, zero), zero);
-            flight.share.hadamard(beer_lambert_rgb(numbers.sigma_t.truncate(), length_m))
+            flight.share.hadamard(kept)
         } else {
             flight.share
         };
@@ -290,18 +302,34 @@ impl FragmentShader for Fragment {
         ends = L::select(landing.landed, zero.like(fate(Fate::Landed)), ends);
         ends = L::select(enters & exits, ends, zero.like(fate(Fate::TotallyReflected)));
         ends = L::select(closed, ends, zero.like(fate(Fate::NoExit)));
-        let before = arriving.x + arriving.y + arriving.z;
-        let emitted = emits & before.gt(zero);
+        let emitted = emits & sum(arriving).gt(zero);
         let lands = emitted & ends.equals(zero.like(fate(Fate::Landed)));
         let nothing = v3(zero, zero, zero);
         let at = V3::select(lands, landing.position, nothing);
         let ray = V3::select(lands, flight.ray, nothing);
-        // Light that ends before it has passed all surfaces keeps what it had on arrival.
-        let followed = emitted & enters & exits & closed;
-        let flux = V3::select(followed, arriving.hadamard(share), V3::select(emitted, arriving, nothing));
+        // Light that ends before it has passed all surfaces keeps what it has there.
+        let followed = enters & exits & closed;
+        let entered = arriving * passes;
+        let mut flux = V3::select(followed, arriving.hadamard(share), arriving);
+        let mut losses = [zero; 3];
+        if self.options.lossless {
+            losses[1] = L::select(mirror, sum(arriving.hadamard(white - colour)), zero);
+        } else {
+            let within = glass & enters & closed;
+            let at_back = entered.hadamard(in_glass);
+            flux = V3::select(glass & enters & !closed, entered, V3::select(within & !exits, at_back, flux));
+            let front = L::select(enters & !mirror, sum(arriving) * reflected_in, zero);
+            losses[0] = front + L::select(within & exits, sum(at_back) * reflected_out, zero);
+            losses[1] = before_surface + L::select(mirror, sum(arriving.hadamard(white - colour)), zero);
+            let behind = L::select(followed, sum(arriving.hadamard(flight.share).hadamard(white - kept)), zero);
+            losses[2] = L::select(within, sum(entered.hadamard(white - in_glass)), behind);
+        }
+        let flux = V3::select(emitted, flux, nothing);
         output.color[0] = v4(at.x, at.y, at.z, L::select(emitted, ends, zero));
         output.color[1] = v4(ray.x, ray.y, ray.z, L::select(lands, beam, zero));
-        output.color[2] = v4(flux.x, flux.y, flux.z, L::select(emitted, before, zero));
+        output.color[2] = v4(flux.x, flux.y, flux.z, L::select(emitted, sum(sent), zero));
+        let [reflected, before, within] = losses.map(|lost| L::select(emitted, lost, zero));
+        output.color[if self.options.differentials { 5 } else { 3 }] = v4(reflected, before, within, zero);
         if self.options.differentials {
             for (k, bend) in bends.iter().enumerate() {
                 let step = bend.transferred(landing.distance).position;
@@ -312,6 +340,12 @@ impl FragmentShader for Fragment {
             }
         }
     }
+}
+
+/// Sum over linear RGB.
+#[inline(always)]
+fn sum<L: Lanes>(v: V3<L>) -> L {
+    v.x + v.y + v.z
 }
 
 /// Forms of a shape operator in a texel of a light buffer.

@@ -45,6 +45,7 @@ struct Photon {
     position: vec4<f32>,
     direction: vec4<f32>,
     flux: vec4<f32>,
+    losses: vec4<f32>,
     p: vec3<f32>,
     d: vec3<f32>,
     normal: vec3<f32>,
@@ -156,6 +157,10 @@ fn exit_of(texel: vec2<f32>, p: vec3<f32>, d: vec3<f32>, inside: vec3<f32>) -> E
     return Exit(end, facing, thickness, select(0.0, curvature, back.exists), forms, exists);
 }
 
+fn sum(v: vec3<f32>) -> f32 {
+    return v.r + v.g + v.b;
+}
+
 fn photon_in(texel: vec2<f32>) -> Photon {
     var photon = Photon();
     let here = texel_or_zero(front_normals, texel);
@@ -173,9 +178,13 @@ fn photon_in(texel: vec2<f32>) -> Photon {
     let incident = light_at(light, p);
     let d = incident.direction;
     let width = area_at(view, p);
-    var arriving = incident.irradiance * width;
+    let sent = incident.irradiance * width;
+    var arriving = sent;
+    var before_surface = 0.0;
     if light.water.x < 0.0 && !lossless {
-        arriving *= beer_lambert_rgb(light.own.rgb, own_distance(light, p));
+        let left = beer_lambert_rgb(light.own.rgb, own_distance(light, p));
+        arriving = sent * left;
+        before_surface = sum(sent * (1.0 - left));
     }
     var curvature = 0.0;
     if curvature_of_normals {
@@ -186,32 +195,42 @@ fn photon_in(texel: vec2<f32>) -> Photon {
 
     let inside = refract_ray(d, n, 1.0 / index);
     let enters = refracts(d, n, 1.0 / index) || mirror;
-    let passes = 1.0 - fresnel_reflectance_by(-dot(n, d), 1.0 / index);
+    let reflected_in = fresnel_reflectance_by(-dot(n, d), 1.0 / index);
+    let passes = 1.0 - reflected_in;
     var origin = p;
     var ray = select(inside, reflect_ray(d, n), mirror);
     var share = select(vec3<f32>(passes), colour, mirror);
     var faces = Faces(index, curvature, 0.0, 0.0);
     var exits = true;
     var closed = true;
+    var in_glass = vec3<f32>(1.0);
+    var reflected_out = 0.0;
     if glass {
         let leaving = exit_of(texel, p, d, inside);
         photon.leaving = leaving;
         exits = refracts(inside, leaving.normal, index);
         closed = leaving.exists;
-        let leaves = 1.0 - fresnel_reflectance_by(-dot(inside, leaving.normal), index);
+        reflected_out = fresnel_reflectance_by(-dot(inside, leaving.normal), index);
+        let leaves = 1.0 - reflected_out;
         origin = leaving.position;
         if exits {
             ray = refract_ray(inside, leaving.normal, index);
         }
-        share = exp(-(colour * leaving.thickness)) * (passes * leaves);
+        in_glass = exp(-(colour * leaving.thickness));
+        share = in_glass * (passes * leaves);
         faces = Faces(index, curvature, leaving.curvature, leaving.thickness);
     }
 
     let landing = find_receiver(search, i32(numbers.box_min.w), numbers.box_min.xyz, numbers.box_max.xyz, origin, ray);
+    let behind_surface = share;
+    var kept = vec3<f32>(1.0);
+    if water {
+        kept = beer_lambert_rgb(numbers.sigma_t.rgb, select(0.0, max(landing.distance, 0.0), landing.landed));
+    }
     if lossless {
         share = select(vec3<f32>(1.0), colour, mirror);
     } else if water {
-        share *= beer_lambert_rgb(numbers.sigma_t.rgb, select(0.0, max(landing.distance, 0.0), landing.landed));
+        share *= kept;
     }
     var divergence = 0.0;
     if light.position_ws.w != 0.0 {
@@ -223,13 +242,29 @@ fn photon_in(texel: vec2<f32>) -> Photon {
     ends = select(ends, LANDED, landing.landed);
     ends = select(TOTALLY_REFLECTED, ends, enters && exits);
     ends = select(NO_EXIT, ends, closed);
-    let before = arriving.r + arriving.g + arriving.b;
-    if before <= 0.0 {
+    if sum(arriving) <= 0.0 {
         return photon;
     }
     let followed = enters && exits && closed;
-    let flux = vec4<f32>(select(arriving, arriving * share, followed), before);
-    photon.flux = flux;
+    let entered = arriving * passes;
+    var flux = select(arriving, arriving * share, followed);
+    var losses = vec4<f32>();
+    if lossless {
+        losses.y = select(0.0, sum(arriving * (1.0 - colour)), mirror);
+    } else {
+        let within = glass && enters && closed;
+        let at_back = entered * in_glass;
+        if glass && enters && !closed {
+            flux = entered;
+        } else if within && !exits {
+            flux = at_back;
+        }
+        losses.x = select(0.0, sum(arriving) * reflected_in, enters && !mirror) + select(0.0, sum(at_back) * reflected_out, within && exits);
+        losses.y = before_surface + select(0.0, sum(arriving * (1.0 - colour)), mirror);
+        losses.z = select(select(0.0, sum(arriving * behind_surface * (1.0 - kept)), followed), sum(entered * (1.0 - in_glass)), within);
+    }
+    photon.flux = vec4<f32>(flux, sum(sent));
+    photon.losses = losses;
     photon.position = vec4<f32>(select(vec3<f32>(), landing.position, ends == LANDED), ends);
     photon.direction = select(vec4<f32>(), vec4<f32>(ray, beam), ends == LANDED);
     photon.p = p;

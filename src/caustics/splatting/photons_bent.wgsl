@@ -8,6 +8,7 @@ struct Targets {
     @location(2) flux: vec4<f32>,
     @location(3) step_x: vec4<f32>,
     @location(4) step_y: vec4<f32>,
+    @location(5) losses: vec4<f32>,
 }
 
 fn step_of(photon: Photon, forms: vec3<f32>, step: vec3<f32>) -> vec4<f32> {
@@ -36,5 +37,6 @@ fn fs(@builtin(position) pixel: vec4<f32>) -> Targets {
     let photon = photon_in(texel);
     let forms = texel_or_zero(front_curvatures, texel).yzw;
     let steps = steps_at(view, photon.p);
-    return Targets(photon.position, photon.direction, photon.flux, step_of(photon, forms, steps.x), step_of(photon, forms, steps.y));
+    let bends = array<vec4<f32>, 2>(step_of(photon, forms, steps.x), step_of(photon, forms, steps.y));
+    return Targets(photon.position, photon.direction, photon.flux, bends[0], bends[1], photon.losses);
 }

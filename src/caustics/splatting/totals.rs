@@ -1,7 +1,7 @@
 //! Counters and audit of a frame.
 
-use super::exact::LightSums;
 use super::photons::Fate;
+use crate::audit::{Audit, Entry};
 use crate::receivers::Receivers;
 use crate::tally::Named;
 
@@ -29,55 +29,41 @@ pub(super) struct ExactTotals {
     /// Photons on receivers outside of the map.
     pub beyond: u64,
     /// Where the light of the rays has gone.
-    pub light: LightSums,
-    /// Whether losses are not counted, so that it is not known what has missed all receivers.
-    pub lossless: bool,
+    pub audit: Audit,
 }
 
 impl Totals {
-    pub fn named(&self, receivers: &Receivers) -> (Named<u64>, Named<f64>) {
+    pub fn counters(&self, receivers: &Receivers) -> Named<u64> {
         let mut counters = receivers.counters();
-        counters.extend([
-            ("photon_rays".to_owned(), self.rays),
-            ("lights_without_caustics".to_owned(), self.dark),
-            ("lights_amid_the_scene".to_owned(), self.fitted),
-            ("maps_of_parallel_rays".to_owned(), self.parallel),
-        ]);
-        let mut audit = Vec::new();
+        let mut add = |name: &str, count| counters.push((name.to_owned(), count));
+        add("photon_rays", self.rays);
+        add("lights_without_caustics", self.dark);
+        add("lights_amid_the_scene", self.fitted);
+        add("maps_of_parallel_rays", self.parallel);
         if let Some(exact) = &self.exact {
-            let count = |name: &str, count| (name.to_owned(), count);
-            counters.extend([count("photon_rays_arrived", exact.rays), count(LANDED, exact.photons), count(BEYOND, exact.beyond)]);
-            let light = &exact.light;
-            let mut ends = vec![(ARRIVED, light.arrived_w), (LANDED, light.landed_w), (BEYOND, light.beyond_w)];
-            if !exact.lossless {
-                ends.extend([(MISSED, light.missed_w), (DROPPED, light.dropped_w)]);
-            }
-            audit.extend(ends.into_iter().map(|(name, watts)| (name.to_owned(), watts)));
+            add("photon_rays_arrived", exact.rays);
+            add(LANDED, exact.photons);
+            add("photons_beyond_the_map", exact.beyond);
         }
-        (counters, audit)
+        counters
     }
 }
 
-/// Entry for all light that arrives at mirrors, glass or water.
-pub(super) const ARRIVED: &str = "photons_arrived";
-
-/// Entry for light that lands on receivers.
 const LANDED: &str = "photons_landed";
 
-/// Entry for light on receivers that the map does not hold.
-const BEYOND: &str = "photons_beyond_the_map";
-
-/// Entry for light that leaves the scene.
-const MISSED: &str = "photons_missed";
-
-/// Entry for light that is not followed to its end.
-const DROPPED: &str = "photons_dropped";
-
-/// Names of fates in counters and audit.
-pub(super) const FATES: &[(u32, &str)] = &[
-    (Fate::Landed as u32, LANDED),
-    (Fate::TotallyReflected as u32, "photons_totally_reflected"),
-    (Fate::NoExit as u32, "photons_in_open_glass"),
-    (Fate::Missed as u32, MISSED),
-    (Fate::NotFound as u32, "photons_not_found"),
+/// Fates of photons with their counters and the entries for their light.
+pub(super) const ENDS: &[(u32, &str, Entry)] = &[
+    (Fate::Landed as u32, LANDED, Entry::Landed),
+    (Fate::TotallyReflected as u32, "photons_totally_reflected", Entry::TotallyReflected),
+    (Fate::NoExit as u32, "photons_in_open_glass", Entry::StaysInGlass),
+    (Fate::Missed as u32, "photons_missed", Entry::Missed),
+    (Fate::NotFound as u32, "photons_not_found", Entry::NotFound),
 ];
+
+/// Where light is lost on its way through the surface of water, in the channels of `photon_losses`.
+pub(super) const LOST_IN_WATER: [Option<Entry>; 4] =
+    [Some(Entry::Reflected), Some(Entry::AbsorbedBefore), Some(Entry::AbsorbedBehind), None];
+
+/// The same for mirrors and glass.
+pub(super) const LOST_AT_OBJECTS: [Option<Entry>; 4] =
+    [Some(Entry::Reflected), Some(Entry::ByMirrors), Some(Entry::InGlass), None];

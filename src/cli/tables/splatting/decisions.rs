@@ -160,7 +160,7 @@ fn difference(a: &Rendered, b: &Rendered) -> anyhow::Result<f64> {
 }
 
 fn landed(rendered: &Rendered) -> anyhow::Result<f64> {
-    Ok(rendered.audit.iter().find(|(name, _)| name == "photons_landed").context("no audit")?.1)
+    Ok(rendered.audit.iter().find(|(name, _)| name == "landed").context("no audit")?.1)
 }
 
 /// Least and greatest sum of a splat over texels, by where it lies between them. `share`: of a texel, by its offset from the middle.
