@@ -39,6 +39,9 @@ pub const TRIANGLE_BYTES: u64 = 12 + 12 + 8 + 2 + 2 * 32 + 4 + 32;
 /// No triangle.
 const NONE: u32 = u32::MAX;
 
+/// Height at which light that starts on a receiver is looked at, as a share of the size of all surfaces.
+const TOUCH: f32 = 1.0e-4;
+
 /// Least downward component of a beam's direction: a nearly horizontal ray would reach the floor a thousand depths away.
 const LEAST_FALL: f32 = 1.0e-3;
 
@@ -131,6 +134,8 @@ pub struct Surfaces {
     /// Mesh and triangle, by number in the tree.
     triangles: Vec<(u32, u32)>,
     tree: Bvh2,
+    /// See [`TOUCH`], m.
+    touch_m: f32,
     /// The mesh that is the surface of water.
     water: Option<u32>,
 }
@@ -238,7 +243,7 @@ impl Surfaces {
         let indices = (0..boxes.len() as u32).collect();
         let tree = PlocBuilder::with_capacity(boxes.len()).build(PlocSearchDistance::Low, &boxes, indices, SortPrecision::U64, 0);
         let pieces = meshes.iter().map(|(mesh, _)| pieces(mesh)).collect();
-        Self { meshes, pieces, triangles, tree, water: None }
+        Self { meshes, pieces, triangles, tree, touch_m: size * TOUCH, water: None }
     }
 
     /// Whether a light reaches a point of a mirror or of glass, the paths that it takes from there, and the light that ends before.
@@ -274,8 +279,11 @@ impl Surfaces {
                     self.event(state, &meeting, MOST_EVENTS, &mut left, &mut losses);
                 }
                 receiver if state.inside.innermost().is_none() => {
-                    let State { hash, share, position, direction, .. } = state;
-                    found.push(Path { hash, share, position, direction, lands: receiver.is_some() });
+                    let State { hash, share, position, direction, skip, .. } = state;
+                    // Mirrors and glass stand on receivers: light from their lowest corners starts there, or below by a rounding error.
+                    let above = position + Vec3::Y * self.touch_m;
+                    let lands = receiver.is_some() || self.nearest(above, direction, f32::INFINITY, skip).is_some();
+                    found.push(Path { hash, share, position, direction, lands });
                 }
                 _ => losses.stays_in_glass += state.share,
             }

@@ -17,7 +17,7 @@ pub enum Tally {
     /// Photons in textures.
     Photons(PhotonTally),
     /// Beams, which end where a shadow map says that there is a receiver.
-    Beams(BeamTally),
+    Beams(Box<BeamTally>),
     /// Texels of a texture whose fourth channel is 2 are counted under a name.
     Marked(TextureId, &'static str),
 }

@@ -8,7 +8,8 @@ use anyhow::{Context as _, bail, ensure};
 use clap::ValueEnum;
 use serde::Serialize;
 
-use crate::caustics::{BODIES_TURNED, Techniques};
+use crate::caustics::Techniques;
+use crate::caustics::audit::imbalance;
 use crate::cli::args::{self, ImageSize, SettingArgument};
 use crate::cli::files::{self, Format, Output};
 use crate::cli::progress::Progress;
@@ -193,11 +194,15 @@ struct Report<'a> {
     technique: &'static str,
     /// What the scene contains and the technique does not draw.
     not_drawn: &'a [&'static str],
+    /// Bodies of glass whose triangles faced in, and were turned over.
+    bodies_turned: u64,
     files: Vec<String>,
     layers: Vec<LayerReport<'a>>,
     threads: usize,
     seconds: f64,
     energy_w: serde_json::Map<String, serde_json::Value>,
+    /// How far the sums of the audit are from closing, as a share of the light.
+    imbalance: f64,
     counters: serde_json::Map<String, serde_json::Value>,
 }
 
@@ -238,7 +243,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<()> {
             let rendering = frames.render(number as f32 * step_s)?;
             progress.done();
             if number == 0 {
-                turned = rendering.counters.iter().find(|(name, _)| name == BODIES_TURNED).map_or(0, |(_, count)| *count);
+                turned = renderer::turned(&rendering.counters);
             }
             let outputs: Vec<Output> = args.outputs.iter().map(|output| output.of_frame(number, count)).collect();
             write_all(&rendering, &outputs, &progress)?;
@@ -308,11 +313,13 @@ fn report<'a>(
         scene: args.request.scene.display().to_string(),
         technique: rendering.technique,
         not_drawn,
+        bodies_turned: renderer::turned(&rendering.counters),
         files: outputs.iter().map(|output| output.path.display().to_string()).collect(),
         layers: layer_reports(&rendering.layers),
         threads,
         seconds,
         energy_w: rendering.audit.iter().map(|(name, watts)| (name.clone(), (*watts).into())).collect(),
+        imbalance: imbalance(&rendering.audit),
         counters: rendering.counters.iter().map(|(name, count)| (name.clone(), (*count).into())).collect(),
     }
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use serde::Serialize;
 
-use crate::caustics::{Feature, RenderOptions, Rendered, Renderer, Technique, Techniques};
+use crate::caustics::{BODIES_TURNED, Feature, RenderOptions, Rendered, Renderer, Technique, Techniques};
 use crate::cli::args::{ImageSize, SettingArgument};
 use crate::cli::render::RadiometryArgument;
 use crate::cli::{drivers, output};
@@ -132,6 +132,11 @@ pub fn warn(scene: &Path, technique: &str, not_drawn: &[&str]) {
     if !not_drawn.is_empty() {
         output::note(&format!("{}: {technique} does not draw {}", scene.display(), not_drawn.join(", ")));
     }
+}
+
+/// Number of bodies of glass that were turned over, from the counters of a frame.
+pub fn turned(counters: &[(String, u64)]) -> u64 {
+    counters.iter().find(|(name, _)| name == BODIES_TURNED).map_or(0, |(_, count)| *count)
 }
 
 /// Says on the standard error that bodies of glass were turned over; nothing if none was.

@@ -124,6 +124,8 @@ fn state_path(path: &Path) -> PathBuf {
 #[derive(Serialize)]
 struct Report {
     scene: String,
+    /// Bodies of glass whose triangles faced in, and were turned over.
+    bodies_turned: u64,
     files: Vec<String>,
     finished: bool,
     photons: u64,
@@ -177,6 +179,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
         }
     }
     let seconds = start.elapsed().as_secs_f64();
+    renderer::warn_of_turned(&low.scene, tracer.turned_bodies());
     if low.json {
         output::json(&report(args, &tracer, finished, seconds))?;
     } else {
@@ -278,6 +281,7 @@ fn report(args: &HiArgs, tracer: &Tracer, finished: bool, seconds: f64) -> Repor
     let audit = tracer.audit();
     Report {
         scene: args.low.scene.display().to_string(),
+        bodies_turned: tracer.turned_bodies(),
         files: args.outputs.iter().map(|output| output.path.display().to_string()).collect(),
         finished,
         photons: tracer.photons(),

@@ -4,6 +4,7 @@
 mod support;
 
 mod analytic;
+mod audit;
 mod caustic_volumes;
 mod caustic_volumes_analytic;
 mod cli;

@@ -935,3 +935,41 @@ fn glass_is_checked_alike_by_techniques_and_tracer() {
         assert!(sum(&out) > 0.5 && (sum(&turned) / sum(&out) - 1.0).abs() < 1e-3, "{technique}: {} {}", sum(&out), sum(&turned));
     }
 }
+
+/// Every verb that takes a scene says that glass was turned over, in one line and in its JSON.
+#[test]
+fn every_verb_says_that_glass_was_turned_over() {
+    const OUT: &str = "3 0 1 2\n3 0 3 1\n3 1 3 2\n3 2 3 0";
+    const IN: &str = "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3";
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = folder.path();
+    glass_scene(folder, "out", OUT, "0.4");
+    glass_scene(folder, "in", IN, "0.4");
+    let mut verbs: Vec<Vec<&str>> = vec![
+        vec!["render", "--technique", "light-volumes", "-o", "a.exr"],
+        vec!["render", "--technique", "splatting", "--frames", "2", "-o", "a.exr"],
+        vec!["trace", "--photons", "1k", "-o", "a.exr"],
+        vec!["compare", "--techniques", "splatting,light-volumes", "--size", "16x16", "--photons", "1k", "-o", "a.png"],
+    ];
+    // Without a driver there is no cross-check.
+    let driver = program::run(folder, &["crosscheck", "out.ron", "--technique", "splatting", "--size", "8x8"]);
+    if !String::from_utf8_lossy(&driver.stderr).contains("not run") {
+        verbs.push(vec!["crosscheck", "--technique", "splatting", "--size", "8x8"]);
+    }
+    for verb in &verbs {
+        for (scene, count) in [("out", 0), ("in", 1)] {
+            let file = format!("{scene}.ron");
+            let output = program::run(folder, &[&[verb[0], file.as_str()], &verb[1..], &["--json"]].concat());
+            let stderr = String::from_utf8(output.stderr).expect("text");
+            let said = format!("nephroid: {file}: bodies of glass whose triangles face in were turned over: 1\n");
+            assert_eq!(stderr.matches(&said).count(), count, "{verb:?}: {stderr}");
+            let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+            let reports = match &json {
+                serde_json::Value::Array(frames) => frames.clone(),
+                report if verb[0] == "crosscheck" => report["frames"].as_array().expect("frames").clone(),
+                report => vec![report.clone()],
+            };
+            assert!(!reports.is_empty() && reports.iter().all(|report| report["bodies_turned"] == count), "{verb:?}: {json}");
+        }
+    }
+}

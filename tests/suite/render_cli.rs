@@ -179,6 +179,48 @@ fn the_default_technique_follows_the_scene_and_what_is_not_drawn_is_said() {
     assert_eq!((json["technique"].as_str(), &json["not_drawn"], said.as_str()), (Some("caustic-volumes"), &serde_json::json!([]), ""));
 }
 
+/// Beside water no technique draws caustics of mirrors and glass, wherever they are; each says so, and the layer has none.
+#[test]
+fn what_mirrors_and_glass_lack_beside_water_is_said_by_name() {
+    let folder = folder();
+    let mirror = "Mirror(reflectance: (0.9, 0.9, 0.9))";
+    let glass = "Dielectric(ior: 1.5)";
+    for (name, height, material) in
+        [("mirror_in", -0.6, mirror), ("glass_in", -0.6, glass), ("glass_over", 0.6, glass), ("mirror_over", 0.6, mirror)]
+    {
+        let scene = format!(
+            "Scene(camera: Perspective(position: (0, 2, 3), target: (0, 0, 0)), lights: [Directional(aim: Along((0, -1, 0)), irradiance: (1, 1, 1))],
+            water: (size_m: (2, 2), grid: (9, 9), model: Flat), medium: Vacuum, objects: [
+            (shape: UvSphere(radius_m: 0.3, slices: 32, stacks: 16), transform: (translate: (0, {height}, 0)), material: {material}),
+            (shape: Grid(size_m: (4, 4)), transform: (translate: (0, -1, 0)))])"
+        );
+        fs::write(folder.path().join(format!("{name}.ron")), scene).expect("the folder is writable");
+        for technique in ["caustic-volumes", "light-volumes", "splatting"] {
+            let file = format!("{name}.ron");
+            let lacks = "caustics of mirrors and glass in a scene with water";
+            let said = format!("nephroid: {file}: {technique} does not draw {lacks}\n");
+            let render =
+                ["render", &file, "--size", "48x36", "--json", "--technique", technique, "--layers", "caustic_irradiance", "-o", "a.exr"];
+            let compare = ["compare", &file, "--size", "16x12", "--photons", "1k", "--json", "--techniques", technique, "-o", "a.png"];
+            for arguments in [&render[..], &compare] {
+                let output = program::run(folder.path(), arguments);
+                assert_eq!(String::from_utf8(output.stderr).expect("text"), said, "{arguments:?}");
+                let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+                if arguments[0] == "render" {
+                    assert_eq!(json["not_drawn"], serde_json::json!([lacks]), "{json}");
+                } else {
+                    assert_eq!(json["results"][0]["not_drawn"], serde_json::json!([lacks]), "{json}");
+                }
+            }
+            // Flat water lights the floor evenly; a ball that gathered light would make it brighter than what enters.
+            let layers = image::read(&folder.path().join("a.exr")).expect("a picture").layers;
+            let light = layers.get("caustic_irradiance").expect("the layer").planes()[0].pixels();
+            let brightest = light.iter().copied().fold(0.0, f32::max);
+            assert!(brightest > 0.9 && brightest < 1.02, "{name}, {technique}: {brightest}");
+        }
+    }
+}
+
 #[test]
 fn bad_input_is_one_message_and_leaves_nothing() {
     for (arguments, expected) in [

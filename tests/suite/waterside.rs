@@ -284,3 +284,135 @@ fn a_wall_close_behind_a_mirror_keeps_its_light() {
         }
     }
 }
+
+/// Replacements that leave water of 2 m x 2 m on a floor that goes on beside it, seen from straight above.
+const SMALL: Edits<'_> = &[
+    ("size_m: (8, 8), level_m: 0", "size_m: (2, 2), level_m: 0"),
+    (
+        "Perspective(position: (0, -0.3, 1.2), target: (0, -1, 0), fov_deg: 60)",
+        "Orthographic(position: (0, 3, 0), target: (0, 0, 0), up: (0, 0, -1), height_m: 5)",
+    ),
+];
+
+/// Whether a point is in the water's rectangle, and whether it is as near to its edge as a pixel.
+fn place(p: Vec3) -> (bool, bool) {
+    let far = p.x.abs().max(p.z.abs());
+    (far < 1.0, (far - 1.0).abs() < 0.06)
+}
+
+#[test]
+fn dry_ground_beside_the_water_below_a_lamp_in_it_is_lit_straight() {
+    let waves = "model: Waves([(amplitude_m: 0.03, wavelength_m: 0.7, direction_deg: 20, motion: Steady)])";
+    let variants: [(&str, Edits<'_>, f64); 7] = [
+        ("a lamp", &[], 0.0),
+        ("in water that absorbs", &[("medium: Vacuum", "medium: Custom(sigma_a: (0.7, 0.7, 0.7), sigma_s: (0, 0, 0))")], 0.7),
+        ("under waves", &[("model: Flat", waves)], 0.0),
+        (
+            "a spot",
+            &[("Point(position: (0, -0.6, 0), ", "Spot(position: (0, -0.6, 0), direction: (0, -1, 0), inner_deg: 88, outer_deg: 89, ")],
+            0.0,
+        ),
+        ("off the middle", &[("(0, -0.6, 0), intensity", "(0.7, -0.3, -0.4), intensity")], 0.0),
+        ("a floor that leans", &[("translate: (0, -1, 0)", "translate: (0, -1, 0), rotate_deg: (0, 0, 10)")], 0.0),
+        // From 1.2 m beside the middle on the ground is above the water's level; light gets there through the surface, or past the water's edge.
+        ("ground that rises above the water", &[("translate: (0, -1, 0)", "translate: (0, -1.2, 0), rotate_deg: (0, 0, 45)")], 0.0),
+    ];
+    for (name, edits, sigma) in variants {
+        let scene = edited("lamp_under_water.ron", &[SMALL, edits].concat());
+        let (Light::Point { position, .. } | Light::Spot { position, .. }) = scene.lights[0] else { panic!("a lamp") };
+        for technique in TECHNIQUES.names() {
+            let seen = Seen::of(&scene, technique);
+            let (mut beside, mut above, mut wet) = (0, 0, 0);
+            for (k, p, n) in seen.surfaces() {
+                let (inside, at_edge) = place(p);
+                let (mut expected, cos) = lamp(&scene.lights[0], p, n);
+                expected *= libm::exp(-sigma * f64::from(p.distance(position)));
+                // Where light that gets above the level is at the level: in the rectangle it has gone through the surface.
+                let crosses = position + (p - position) * (-position.y / (p.y - position.y));
+                if at_edge || cos < 0.1 || p.y > -0.05 && place(crosses).1 || inside && p.y > -0.05 {
+                    continue;
+                }
+                if p.y > 0.05 && place(crosses).0 {
+                    expected = 0.0;
+                    above += 1;
+                } else if inside {
+                    wet += 1;
+                } else {
+                    beside += 1;
+                    if p.y < -0.05 {
+                        assert_eq!(seen.caustic[k], 0.0, "{technique}, {name}: caustics at {p}");
+                    }
+                }
+                let off = (seen.direct[k] - expected).abs();
+                assert!(off < 0.02 * expected.max(1e-6), "{technique}, {name}: {} in place of {expected} at {p}", seen.direct[k]);
+            }
+            assert!(beside > 1000 && wet > 500, "{technique}, {name}: {beside} {above} {wet}");
+            assert!((above > 100) == name.starts_with("ground that rises"), "{technique}, {name}: {above}");
+        }
+    }
+}
+
+#[test]
+fn a_post_beside_the_water_is_shade_for_a_lamp_in_it() {
+    // A post stands on the dry floor half a metre beside the water: behind it, and only there, it is dark.
+    let post = ", (shape: Cuboid(size_m: (0.1, 0.9, 0.3)), transform: (translate: (1.5, -0.55, 0)))";
+    let scene = edited("lamp_under_water.ron", &[SMALL, &[("))])", &format!(")){post}])")), ("height_m: 5", "height_m: 6")]].concat());
+    for technique in TECHNIQUES.names() {
+        let seen = Seen::of(&scene, technique);
+        let (mut dark, mut lit) = (0, 0);
+        for (k, p, n) in seen.surfaces().filter(|(_, p, _)| p.y < -0.99 && !place(*p).1) {
+            // As seen from the lamp the post is 0.3 m wide at 1.45 m, and higher than the lamp.
+            let sideways = p.z.abs() / p.x * 1.45;
+            let (expected, _) = lamp(&scene.lights[0], p, n);
+            if p.x > 1.65 && sideways < 0.12 {
+                dark += 1;
+                assert_eq!(seen.direct[k], 0.0, "{technique}: light at {p}");
+            } else if p.x < 1.35 || sideways > 0.2 {
+                lit += 1;
+                assert!((seen.direct[k] / expected - 1.0).abs() < 0.02, "{technique}: {} in place of {expected} at {p}", seen.direct[k]);
+            }
+        }
+        assert!(dark > 50 && lit > 3000, "{technique}: {dark} {lit}");
+    }
+}
+
+/// What photons bring to dry ground beside the water is the light that the surface reflects: that of a lamp mirrored at it, by Fresnel's law.
+#[test]
+fn photons_beside_the_water_are_those_that_its_surface_reflects() {
+    for edits in [&[][..], &[("(0, -0.6, 0), intensity", "(0.3, -0.4, 0.2), intensity")]] {
+        let scene = edited("lamp_under_water.ron", &[SMALL, edits].concat());
+        let Light::Point { position, intensity } = scene.lights[0] else { panic!("a lamp") };
+        let mut points = Seen::of(&scene, "splatting").points;
+        points.positions.iter_mut().for_each(|p| *p = p.filter(|p| !place(*p).0 && !place(*p).1));
+        let mut tracer =
+            Tracer::new(&scene, &TraceOptions { points: Some(points.clone()), ..TraceOptions::default() }).expect("can be traced");
+        tracer.run(8 << 20);
+        let measured = tracer.pixels().expect("points were asked for");
+        let valid = measured.valid.as_ref().expect("points have a mask");
+        let mirrored = DVec3::new(f64::from(position.x), -f64::from(position.y), f64::from(position.z));
+        let reflected = |p: Vec3| {
+            let to = p.as_dvec3() - mirrored;
+            let at = mirrored + to * (mirrored.y / -to.y);
+            let cos = -to.y / to.length();
+            let sin = libm::sqrt(1.0 - cos * cos) * 1.333;
+            let reflectance = if sin >= 1.0 {
+                1.0
+            } else {
+                let t = libm::sqrt(1.0 - sin * sin);
+                let (s, p) = ((1.333 * cos - t) / (1.333 * cos + t), (1.333 * t - cos) / (1.333 * t + cos));
+                0.5 * (s * s + p * p)
+            };
+            let inside = at.x.abs().max(at.z.abs()) < 1.0;
+            if inside { reflectance * f64::from(intensity.x) * cos / to.length_squared() } else { 0.0 }
+        };
+        let (mut traced, mut expected, mut compared) = (0.0, 0.0, 0);
+        for (k, p) in points.positions.iter().enumerate() {
+            if let (Some(p), true) = (p, valid[k]) {
+                traced += measured.mean[k][0];
+                expected += reflected(*p);
+                compared += 1;
+            }
+        }
+        assert!(compared > 2000 && expected > 0.0 && (traced / expected - 1.0).abs() < 0.01, "{compared}: {traced} {expected}");
+    }
+}

@@ -77,7 +77,8 @@ impl BeamTally {
         entries.extend((!self.culled.is_empty()).then_some(Entry::Culled));
         let start = Audit::of(&entries);
         let of = |texture: Option<TextureId>| texture.map(|id| output.texture(id));
-        let maps = Maps { straight: of(self.straight).map(Texture::view), refracted: of(self.refracted).map(|texture| texture.surface(0, 0)) };
+        let maps =
+            Maps { straight: of(self.straight).map(Texture::view), refracted: of(self.refracted).map(|texture| texture.surface(0, 0)) };
         let part = |(number, beams): (usize, &[Beam])| {
             let mut audit = start.clone();
             for (k, beam) in beams.iter().enumerate() {

@@ -147,6 +147,8 @@ impl FrameBuilder<'_> {
             BindEntry::texture(light.straight_map),
             BindEntry::texture(refracted_map),
             BindEntry::Sampler(Sampler::comparison(CompareFunction::LessEqual)),
+            BindEntry::Uniform(self.camera_buffer, 0),
+            BindEntry::texture(self.heights),
         ]);
         let mut targets = vec![target(TextureFormat::Rgba32Float, Some(ADDITIVE))];
         let mut color = vec![clear_or_keep(lit.direct, light.is_first())];

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use crate::audit::Audit;
 use crate::passes::environment::EnvironmentUniform;
 use crate::passes::water_surface::{self, WaterVertex};
 use crate::passes::{fullscreen, in_scattering, shade};
-use crate::audit::Audit;
 use crate::{LayerSource, LightMask, Resolve, Tally, TechniqueFrame};
 use glam::Vec3;
 use nephroid_pipeline::frame::{BindEntry, BufferId, DepthStencilAttachment, Draw, Pass, TextureId};

@@ -59,7 +59,7 @@ pub fn build(
             let bottom_y = bottom_of_volumes(scene, receivers, settings, &beams);
             volume_pass(builder, &beams, &targets, light, bottom_y, settings);
             audit.merge(&beams.energy);
-            tallies.push(Tally::Beams(builder.beam_tally(light, beams.clone(), beams.sigma_t, bottom_y)));
+            tallies.push(Tally::Beams(Box::new(builder.beam_tally(light, beams.clone(), beams.sigma_t, bottom_y))));
             all_beams.push(beams);
         }
         Ok(())

@@ -169,7 +169,7 @@ impl LightVolumesBuilder {
             if field.is_some() {
                 let (sigma_t, bottom_y) = (frame::sigma_t(settings, beams), span.bottom_y);
                 let tally = builder.beam_tally(light, beams.clone(), sigma_t, bottom_y);
-                tallies.push(Tally::Beams(BeamTally { culled: shadowed.beams(beams), ..tally }));
+                tallies.push(Tally::Beams(Box::new(BeamTally { culled: shadowed.beams(beams), ..tally })));
             }
             all_beams.push(generated.beams);
             Ok(())

@@ -1,5 +1,9 @@
 //! Direct light of one light, for every pixel: irradiance on the light's side of the water, and whether light through flat water reaches a point beyond.
 //!
+//! Light in the water also shines on dry things beside it that no water is above: water has a surface and no sides, so light that leaves its rectangle below
+//! the surface goes on straight. The way from the light to a dry point goes through the surface if it is under water where it comes to the rectangle, or
+//! starts there, and above the surface where it leaves the rectangle or ends ([`passes_surface`]).
+//!
 //! Targets: `direct` (W/m², summed over lights), `visibility` (share of the light that passes the surface and reaches the point, 0..=1; 0 on the light's
 //! side).
 
@@ -9,13 +13,14 @@ use nephroid_math::lanes::{Lanes, Mask as _};
 use nephroid_math::vector::{V3, v3, v4};
 use nephroid_pipeline::sampler::sample_compare;
 use nephroid_pipeline::shader::{FragmentInput, FragmentOutput, FragmentShader, Program};
-use nephroid_pipeline::{BindingKind, Bindings};
+use nephroid_pipeline::{BindingKind, Bindings, TextureView};
 
+use super::camera::CameraUniform;
 use super::fullscreen::FullscreenVertex;
 use super::shadow_map::LightUniform;
 
-/// Bindings: light, position, normal, albedo, map of straight rays, map through the surface, comparison sampler.
-pub const BINDINGS: [BindingKind; 7] = [
+/// Bindings: light, position, normal, albedo, map of straight rays, map through the surface, comparison sampler, camera, heights of the water's surface.
+pub const BINDINGS: [BindingKind; 9] = [
     BindingKind::Uniform(size_of::<LightUniform>()),
     BindingKind::Texture,
     BindingKind::Texture,
@@ -23,6 +28,8 @@ pub const BINDINGS: [BindingKind; 7] = [
     BindingKind::DepthTexture,
     BindingKind::DepthTexture,
     BindingKind::ComparisonSampler,
+    BindingKind::Uniform(size_of::<CameraUniform>()),
+    BindingKind::Texture,
 ];
 
 /// Which objects cast shadows.
@@ -44,6 +51,8 @@ pub fn program(shadows: Shadows) -> Arc<Program> {
             include_str!("../../math/optics.wgsl"),
             include_str!("fullscreen.wgsl"),
             include_str!("shadow_map.wgsl"),
+            include_str!("camera.wgsl"),
+            include_str!("under_water.wgsl"),
             include_str!("light.wgsl")
         )),
         wgsl_constants: vec![("straight_shadows", flag(shadows.straight)), ("refracted_shadows", flag(shadows.refracted))],
@@ -67,7 +76,10 @@ impl FragmentShader for Fragment {
         let exists = input.texel_here(position, 3).gt(zero);
         let wet = input.texel_here(albedo, 3).gt(zero);
         let beyond = exists & if light.water.x > 0.0 { wet } else { !wet };
-        let near = exists & !beyond;
+        let mut near = exists & !beyond;
+        if light.water.x < 0.0 && beyond.any() {
+            near = near | (beyond & !passes_surface(light, bindings.uniform(7), bindings.texture(8), p));
+        }
         let sampler = bindings.sampler(6);
 
         let mut direct = v3(zero, zero, zero);
@@ -95,4 +107,28 @@ impl FragmentShader for Fragment {
         output.color[0] = v4(direct.x, direct.y, direct.z, one);
         output.color[1] = v4(visibility, zero, zero, one);
     }
+}
+
+/// Lanes whose way from a light in the water to a dry point goes through the water's surface.
+#[inline(always)]
+pub fn passes_surface<L: Lanes>(light: &LightUniform, camera: &CameraUniform, heights: &TextureView<'_>, p: V3<L>) -> L::Mask {
+    let at = V3::splat(p.x.token(), light.position_ws.truncate());
+    let is_lamp = light.position_ws.w != 0.0;
+    // From the point back to the light: to the lamp at 1, or endlessly along parallel light.
+    let back = if is_lamp { at - p } else { -at };
+    let e = camera.extent;
+    let (mut leaves, mut comes) = (p.x.like(0.0), p.x.like(if is_lamp { 1.0 } else { f32::MAX }));
+    for (start, along, low, high) in [(p.x, back.x, e.x, e.z), (p.z, back.z, e.y, e.w)] {
+        // Along a side, it is always or never between both.
+        let along = L::select(along.abs().lt(along.like(1.0e-9)), along.like(1.0e-9), along);
+        let (a, b) = ((-start + low) / along, (-start + high) / along);
+        leaves = Lanes::max(leaves, Lanes::min(a, b));
+        comes = Lanes::min(comes, Lanes::max(a, b));
+    }
+    let wet = |t: L| {
+        let q = p + back * t;
+        camera.under_water(heights, v3(Lanes::clamp(q.x, e.x, e.z), q.y, Lanes::clamp(q.z, e.y, e.w)))
+    };
+    let passes = leaves.le(comes) & !wet(leaves);
+    if is_lamp { passes } else { passes & wet(comes) }
 }

@@ -10,10 +10,32 @@ override refracted_shadows: bool = true;
 @group(0) @binding(4) var straight_map: texture_depth_2d;
 @group(0) @binding(5) var refracted_map: texture_depth_2d;
 @group(0) @binding(6) var compare: sampler_comparison;
+@group(0) @binding(7) var<uniform> camera: CameraUniform;
+@group(0) @binding(8) var heights: texture_2d<f32>;
 
 struct Targets {
     @location(0) direct: vec4<f32>,
     @location(1) visibility: vec4<f32>,
+}
+
+fn wet_within(q: vec3<f32>) -> bool {
+    let e = camera.extent;
+    return under_water(camera, heights, vec3<f32>(clamp(q.x, e.x, e.z), q.y, clamp(q.z, e.y, e.w)));
+}
+
+// Whether the way from a light in the water to a dry point goes through the water's surface.
+fn passes_surface(p: vec3<f32>) -> bool {
+    let is_lamp = light.position_ws.w != 0.0;
+    let back = select(-light.position_ws.xyz, light.position_ws.xyz - p, is_lamp);
+    let slope = select(back.xz, vec2<f32>(1.0e-9), abs(back.xz) < vec2<f32>(1.0e-9));
+    let a = (camera.extent.xy - p.xz) / slope;
+    let b = (camera.extent.zw - p.xz) / slope;
+    let first = min(a, b);
+    let last = max(a, b);
+    let leaves = max(max(0.0, first.x), first.y);
+    let comes = min(min(select(3.402823466e38, 1.0, is_lamp), last.x), last.y);
+    let passes = leaves <= comes && !wet_within(p + back * leaves);
+    return passes && (is_lamp || wet_within(p + back * comes));
 }
 
 @fragment
@@ -25,7 +47,8 @@ fn fs(@builtin(position) position: vec4<f32>) -> Targets {
     let exists = here.w > 0.0;
     let beyond_water = wet == (light.water.x > 0.0);
     var direct = vec3<f32>(0.0);
-    if exists && !beyond_water {
+    let near = !beyond_water || (light.water.x < 0.0 && !passes_surface(p));
+    if exists && near {
         let incident = light_at(light, p);
         let at = on_straight_map(light, p + n * straight_texel(light, p, textureDimensions(straight_map).x));
         var lit = 1.0;

@@ -21,13 +21,13 @@ use super::splats::{self, Source, SplatsUniform};
 use super::totals::{ENDS, ExactTotals, LOST_AT_OBJECTS, LOST_IN_WATER, Totals};
 use super::views::{LightViews, PhotonView};
 use super::{pyramid, sizes};
-use crate::{PhotonTally, Tally};
 use crate::builder::state::{additive, clear, target};
 use crate::builder::{CausticTargets, FrameBuilder, FrameLight};
 use crate::passes::fullscreen;
 use crate::passes::light_buffer::{self, Keep, Kept, LightBuffer, SurfaceDraw};
 use crate::passes::light_view::{LightView, TexelView};
 use crate::surfaces::Surfaces;
+use crate::{PhotonTally, Tally};
 
 /// Format of everything that holds light.
 const FORMAT: TextureFormat = TextureFormat::Rgba32Float;

@@ -65,5 +65,4 @@ pub(super) const LOST_IN_WATER: [Option<Entry>; 4] =
     [Some(Entry::Reflected), Some(Entry::AbsorbedBefore), Some(Entry::AbsorbedBehind), None];
 
 /// The same for mirrors and glass.
-pub(super) const LOST_AT_OBJECTS: [Option<Entry>; 4] =
-    [Some(Entry::Reflected), Some(Entry::ByMirrors), Some(Entry::InGlass), None];
+pub(super) const LOST_AT_OBJECTS: [Option<Entry>; 4] = [Some(Entry::Reflected), Some(Entry::ByMirrors), Some(Entry::InGlass), None];

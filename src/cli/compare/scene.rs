@@ -11,7 +11,7 @@ use glam::Vec3;
 use super::pictures;
 use super::table::{Column, Results};
 use crate::caustics::account::account as picture_account;
-use crate::caustics::{RenderOptions, Renderer, Techniques};
+use crate::caustics::{RenderOptions, Rendered, Renderer, Techniques};
 use crate::cli::args::{ImageSize, SettingArgument};
 use crate::cli::progress::Progress;
 use crate::cli::truth::{self, Truth};
@@ -76,7 +76,7 @@ pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Resu
     }
     let seen = camera_points(&scene)?;
     let mut truths: Vec<Truth> = Vec::new();
-    let mut results = Results { reference: String::new(), facts: Vec::new(), columns: Vec::new(), files: Vec::new() };
+    let mut results = Results { reference: String::new(), facts: Vec::new(), bodies_turned: 0, columns: Vec::new(), files: Vec::new() };
     let progress = Progress::new(request.techniques.len() as u64 * request.photons / 1000);
     for (number, technique) in request.techniques.iter().enumerate() {
         let options = RenderOptions {
@@ -86,7 +86,8 @@ pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Resu
             memory_limit_bytes: request.memory_limit_bytes,
             ..RenderOptions::default()
         };
-        let rendered = Renderer::new(&scene, &options)?.render(&scene, None)?.layers;
+        let Rendered { layers: rendered, counters, .. } = Renderer::new(&scene, &options)?.render(&scene, None)?;
+        results.bodies_turned = results.bodies_turned.max(renderer::turned(&counters));
         let points = truth::points(&rendered).context("a technique did not draw its layers")?;
         let known = truths.iter().position(|truth| truth.points.positions == points.positions && truth.points.normals == points.normals);
         let index = match known {
@@ -99,11 +100,13 @@ pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Resu
         };
         let path = picture_path(picture, request, technique);
         let column = judge_technique(technique, &scene, &rendered, &truths[index], &seen, &path)?;
+        let not_drawn = renderer::not_drawn(request.known.find(technique)?, &scene);
+        renderer::warn(&request.scene, technique, &not_drawn);
         results.files.push(path.display().to_string());
-        results.columns.push(column);
-        renderer::warn(&request.scene, technique, &renderer::not_drawn(request.known.find(technique)?, &scene));
+        results.columns.push(Column { not_drawn: Some(not_drawn), ..column });
     }
     drop(progress);
+    renderer::warn_of_turned(&request.scene, results.bodies_turned);
     if let Some(truth) = truths.first() {
         results.reference = format!("ground truth of {}", request.scene.display());
         let valid = truth.irradiance.valid.as_ref().map_or(0, |valid| valid.iter().filter(|v| **v).count());
@@ -153,5 +156,5 @@ fn judge_technique(
     }
     let title = if scene.title.is_empty() { "Caustic irradiance".to_owned() } else { format!("{}: caustic irradiance", scene.title) };
     pictures::draw(path, &title, pair, ("Ground truth", technique), "W/m²", &verdicts)?;
-    Ok(Column { name: technique.to_owned(), verdicts, facts })
+    Ok(Column { name: technique.to_owned(), verdicts, facts, not_drawn: None })
 }

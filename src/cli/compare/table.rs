@@ -14,6 +14,8 @@ pub struct Results {
     pub reference: String,
     /// Facts about the reference and the comparison, by name.
     pub facts: Vec<(String, String)>,
+    /// Bodies of glass in a scene whose triangles faced in, and were turned over.
+    pub bodies_turned: u64,
     /// One column per judged picture.
     pub columns: Vec<Column>,
     /// Names of the pictures written.
@@ -29,12 +31,15 @@ pub struct Column {
     pub verdicts: Vec<Verdict>,
     /// Further facts about the picture, by name.
     pub facts: Vec<(String, String)>,
+    /// What the scene contains and a technique does not draw; `None` for a picture of which that is not known.
+    pub not_drawn: Option<Vec<&'static str>>,
 }
 
 #[derive(Serialize)]
 struct Report<'a> {
     reference: &'a str,
     facts: serde_json::Map<String, serde_json::Value>,
+    bodies_turned: u64,
     agrees: bool,
     exceeded: Vec<String>,
     files: &'a [String],
@@ -58,11 +63,13 @@ pub fn tell(results: &Results, bounds: &[Bound], json: bool) -> anyhow::Result<O
                 [("name".to_owned(), column.name.clone().into())].into_iter().collect();
             all.extend(values);
             all.insert("facts".to_owned(), serde_json::Value::Object(facts(&column.facts)));
+            all.extend(column.not_drawn.as_ref().map(|lacks| ("not_drawn".to_owned(), lacks.clone().into())));
             serde_json::Value::Object(all)
         };
         output::json(&Report {
             reference: &results.reference,
             facts: facts(&results.facts),
+            bodies_turned: results.bodies_turned,
             agrees: exceeded.is_empty(),
             exceeded: exceeded.clone(),
             files: &results.files,

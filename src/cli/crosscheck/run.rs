@@ -8,7 +8,7 @@ use anyhow::Context as _;
 use serde::Serialize;
 
 use super::{HiArgs, Modes};
-use crate::caustics::{RenderOptions, Renderer};
+use crate::caustics::{RenderOptions, Renderer, TechniqueFrame};
 use crate::cli::{Outcome, interrupt, list, output, renderer};
 use crate::frame::Frame;
 use crate::frame::check_memory;
@@ -44,6 +44,8 @@ struct LeftOut {
 struct FrameReport {
     scene: String,
     technique: &'static str,
+    /// Bodies of glass whose triangles faced in, and were turned over.
+    bodies_turned: u64,
     #[serde(flatten)]
     report: Report,
     located: Option<Located>,
@@ -80,6 +82,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     for scene in &scenes {
         let loaded = renderer::load_settled(args.techniques, scene, args.size, None, &args.settings)?;
         let compared = args.techniques.iter().filter(|technique| args.technique.as_ref().is_none_or(|name| name == technique.name()));
+        let mut turned = 0;
         for technique in compared {
             let options = RenderOptions {
                 technique: technique.name().to_owned(),
@@ -87,8 +90,9 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
                 memory_limit_bytes: args.memory_limit_bytes / COPIES,
                 ..RenderOptions::default()
             };
-            let mut frame = Renderer::new(&loaded, &options)?.build(&loaded)?.frame;
+            let TechniqueFrame { mut frame, counters, .. } = Renderer::new(&loaded, &options)?.build(&loaded)?;
             frame.rules = rules.1;
+            turned = renderer::turned(&counters);
             let draws = frame.passes.iter().map(|pass| pass.draws.len()).sum();
             if args.all && draws > MOST_DRAWS {
                 let left_out = LeftOut { scene: scene.display().to_string(), technique: technique.name(), draws };
@@ -103,7 +107,8 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
             }
             check_memory(&frame, &device, options.memory_limit_bytes)?;
             for &mode in modes {
-                let report = check(args, &gpu, &device, &frame, mode, scene, technique.name())?;
+                let mut report = check(args, &gpu, &device, &frame, mode, scene, technique.name())?;
+                report.bodies_turned = turned;
                 all.agrees &= report.report.agrees();
                 if !args.json {
                     output::text(&table(&report))?;
@@ -111,6 +116,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
                 all.frames.push(report);
             }
         }
+        renderer::warn_of_turned(scene, turned);
     }
     if let Some(share) = args.conformance {
         let report = conformance::run(&gpu, &device, rules, share)?;
@@ -159,7 +165,7 @@ fn check(
         Some(failure) => locate(gpu, device, frame, frame, mode, failure)?,
         None => None,
     };
-    Ok(FrameReport { scene: scene.display().to_string(), technique, report, located, pictures })
+    Ok(FrameReport { scene: scene.display().to_string(), technique, bodies_turned: 0, report, located, pictures })
 }
 
 fn picture(attachment: &AttachmentReport, surfaces: [&Surface; 2], path: &Path, written: &mut Vec<PathBuf>) -> anyhow::Result<()> {

@@ -3,12 +3,14 @@
 //! Nothing moves, but all that depends on the light is drawn again for each frame, as if it moved. The eye sees the receivers through the glass, as in the
 //! paper.
 
+use std::path::Path;
+
 use serde::Serialize;
 
 use crate::caustics::Techniques;
 use crate::caustics::splatting::{Splats, Splatting};
-use crate::cli::output;
 use crate::cli::progress::Progress;
+use crate::cli::{output, renderer};
 use crate::scene::{Group, Scene};
 
 use super::report;
@@ -81,6 +83,11 @@ pub fn run(low: &LowArgs, techniques: Techniques) -> anyhow::Result<()> {
         }
     }
     drop(progress);
+    for paper in &SCENES {
+        let cells = all.iter().filter(|measured: &&Measured| measured.scene == paper.name);
+        let turned = cells.map(|measured| renderer::turned(&measured.cell.counters)).max();
+        renderer::warn_of_turned(Path::new(paper.name), turned.unwrap_or(0));
+    }
     if low.json {
         output::json(&all)?
     } else {
@@ -152,6 +159,7 @@ mod tests {
         let pass = |label: &str, seconds| PassCost { label: label.to_owned(), seconds, fragments: 7 };
         let cell = |frame_s| Cell {
             frame_s,
+            moving_frame_s: None,
             building_s: Vec::new(),
             passes: vec![pass("photons 0", 0.01), pass("splats 0", 0.02)],
             counters: Vec::new(),
