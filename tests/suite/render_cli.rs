@@ -208,6 +208,8 @@ fn what_mirrors_and_glass_lack_beside_water_is_said_by_name() {
                 let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
                 if arguments[0] == "render" {
                     assert_eq!(json["not_drawn"], serde_json::json!([lacks]), "{json}");
+                    let off = json["imbalance"].as_f64().expect("a number");
+                    assert!(off < 1.0e-5 && json["energy_w"]["landed"].as_f64().is_some_and(|watts| watts > 0.0), "{json}");
                 } else {
                     assert_eq!(json["results"][0]["not_drawn"], serde_json::json!([lacks]), "{json}");
                 }
