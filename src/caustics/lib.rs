@@ -38,7 +38,7 @@ techniques! {
     /// All techniques of the library, the default one first.
     pub const TECHNIQUES = [
         caustic_volumes,
-        light_volumes,
         splatting,
+        light_volumes,
     ];
 }

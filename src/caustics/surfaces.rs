@@ -56,8 +56,8 @@ pub struct Path {
     pub position: Vec3,
     /// Unit direction of travel.
     pub direction: Vec3,
-    /// Whether it meets a receiver.
-    pub lands: bool,
+    /// Height of the receiver that it meets, m; `None` if it leaves the scene.
+    pub lands_y: Option<f32>,
 }
 
 /// Light that arrives at a diffuse receiver after mirrors and glass.
@@ -282,8 +282,8 @@ impl Surfaces {
                     let State { hash, share, position, direction, skip, .. } = state;
                     // Mirrors and glass stand on receivers: light from their lowest corners starts there, or below by a rounding error.
                     let above = position + Vec3::Y * self.touch_m;
-                    let lands = receiver.is_some() || self.nearest(above, direction, f32::INFINITY, skip).is_some();
-                    found.push(Path { hash, share, position, direction, lands });
+                    let receiver = receiver.or_else(|| self.nearest(above, direction, f32::INFINITY, skip));
+                    found.push(Path { hash, share, position, direction, lands_y: receiver.map(|at| at.position.y) });
                 }
                 _ => losses.stays_in_glass += state.share,
             }

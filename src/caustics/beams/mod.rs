@@ -68,6 +68,8 @@ pub struct LightBeams {
     /// Per vertex of a water mesh, its position (m) and its refracted ray per metre of depth, as in [`Beam`]; both are NaN where there is no
     /// ray. Empty for beams of other generators.
     pub vertex_rays: Vec<[Vec4; 2]>,
+    /// Per beam of mirrors and glass, the height below which it lights nothing, m; empty for beams of water, which shadow maps end.
+    pub ends_y: Vec<f32>,
     /// 1, or −1 if the beams are upside down: y is minus the world's.
     pub side: f32,
     /// Extinction coefficient along the beams, 1/m, linear RGB.
@@ -81,7 +83,7 @@ pub struct LightBeams {
 impl Default for LightBeams {
     /// No beams, the right way up.
     fn default() -> Self {
-        let (beams, of_triangle, vertex_rays) = (Vec::new(), Vec::new(), Vec::new());
-        Self { beams, of_triangle, vertex_rays, side: 1.0, sigma_t: Vec3::ZERO, energy: Audit::default(), dark: 0 }
+        let (beams, of_triangle, vertex_rays, ends_y) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { beams, of_triangle, vertex_rays, ends_y, side: 1.0, sigma_t: Vec3::ZERO, energy: Audit::default(), dark: 0 }
     }
 }

@@ -158,12 +158,14 @@ impl<'a> Culler<'a> {
     /// known to meet receivers and is not tested.
     fn of_beam(
         &self,
-        beam: &Beam,
+        light: &LightBeams,
+        number: u32,
         sides: Sides,
         accepted: Slabs,
         boxes: impl Iterator<Item = usize>,
         statistics: &mut CullStatistics,
     ) -> Slabs {
+        let beam = &light.beams[number as usize];
         if sides != 0 {
             statistics.beam_tests += 1;
             if self.is_out_of_view(beam, sides) {
@@ -174,11 +176,16 @@ impl<'a> Culler<'a> {
         let slabs = match self.all {
             Some(all) => all,
             None => accepted | self.slabs_of(beam, boxes.inspect(|_| statistics.beam_tests += 1)),
-        };
+        } & self.before_end(light, number);
         if slabs == 0 {
             statistics.missed += 1;
         }
         slabs
+    }
+
+    /// The slabs that a beam of mirrors or glass reaches before its light has landed; all for others.
+    fn before_end(&self, light: &LightBeams, number: u32) -> Slabs {
+        light.ends_y.get(number as usize).map_or(Slabs::MAX, |&end_y| self.slices.between(end_y, f32::INFINITY))
     }
 
     /// Of the given sides of the view, those that beams of a node may be beyond; `None` if all beams of the node are beyond one side.
@@ -213,7 +220,9 @@ impl<'a> Culler<'a> {
         let slabs = self.all.unwrap_or_default();
         let alive = |&triangle: &usize| light.of_triangle[triangle] != NONE && shadowed.get(triangle) != Some(&true);
         let triangles = (0..light.of_triangle.len()).filter(alive);
-        let beams = triangles.map(|triangle| ClampedBeam { triangle: triangle as u32, slabs }).collect();
+        let before_end = |triangle: usize| slabs & self.before_end(light, light.of_triangle[triangle]);
+        let beams = triangles.map(|triangle| ClampedBeam { triangle: triangle as u32, slabs: before_end(triangle) });
+        let beams = beams.filter(|beam| beam.slabs != 0).collect();
         self.gathered(std::iter::once((beams, CullStatistics::default())))
     }
 
@@ -230,7 +239,7 @@ impl<'a> Culler<'a> {
                     if beam == NONE || shadowed.get(triangle) == Some(&true) {
                         continue;
                     }
-                    let slabs = self.of_beam(&light.beams[beam as usize], ALL_SIDES, 0, self.boxes.iter().copied(), &mut statistics);
+                    let slabs = self.of_beam(light, beam, ALL_SIDES, 0, self.boxes.iter().copied(), &mut statistics);
                     if slabs != 0 {
                         accepted.push(ClampedBeam { triangle: triangle as u32, slabs });
                     }
@@ -370,8 +379,7 @@ impl Walk<'_> {
             if beam == NONE || self.shadowed.get(triangle as usize) == Some(&true) {
                 continue;
             }
-            let beam = &self.light.beams[beam as usize];
-            let slabs = culler.of_beam(beam, sides, accepted, near.iter().copied(), &mut self.statistics);
+            let slabs = culler.of_beam(self.light, beam, sides, accepted, near.iter().copied(), &mut self.statistics);
             self.slabs[triangle as usize].store(slabs, Ordering::Relaxed);
         }
     }

@@ -85,7 +85,7 @@ impl Specular {
     /// # Errors
     /// If there are more than [`MAX_BEAMS`] beams.
     pub fn beams(&self, light: &Light, radiometry: Radiometry) -> Result<LightBeams, RenderError> {
-        let mut found: Vec<(u64, Beam)> = Vec::new();
+        let mut found: Vec<(u64, (Beam, f32))> = Vec::new();
         let mut out = LightBeams { energy: Audit::of(&COUNTED), ..LightBeams::default() };
         let bounds = self.generators.iter().fold(Aabb::EMPTY, |all, (_, mesh)| all.union(mesh.bounds()));
         for (object, mesh) in &self.generators {
@@ -120,7 +120,7 @@ impl Specular {
             }
         }
         found.sort_by_key(|(place, _)| *place);
-        out.beams = found.into_iter().map(|(_, beam)| beam).collect();
+        (out.beams, out.ends_y) = found.into_iter().map(|(_, beam)| beam).unzip();
         // Two beams correspond to the two triangles of a cell of a mesh.
         out.of_triangle = (0..out.beams.len() as u32).collect();
         out.of_triangle.resize(2 * cells(&out) as usize, NONE);
@@ -167,7 +167,7 @@ impl<'a> Triangle<'a> {
     }
 
     /// The beams that the light on it makes. All of its light is counted, corner by corner.
-    fn beams(&self, audit: &mut Audit) -> impl Iterator<Item = Beam> {
+    fn beams(&self, audit: &mut Audit) -> impl Iterator<Item = (Beam, f32)> {
         for vertex in self.vertices.iter().filter(|vertex| vertex.lit) {
             let arriving = vertex.irradiance * (self.across / 3.0);
             audit.add(Entry::LightIn, watts(arriving));
@@ -187,12 +187,16 @@ impl<'a> Triangle<'a> {
                 audit.add(end, light);
                 if end == Entry::Entered {
                     let carried = watts(vertex.irradiance * path.share * (self.counted / 3.0));
-                    audit.add(if path.lands { Entry::Landed } else { Entry::Missed }, carried);
+                    audit.add(if path.lands_y.is_some() { Entry::Landed } else { Entry::Missed }, carried);
                 }
             }
         }
-        let beams: Vec<Beam> = self.vertices[0].paths.iter().filter_map(|first| self.beam(&self.paths(first.hash)?)).collect();
-        for beam in &beams {
+        let of = |first: &Path| {
+            let paths = self.paths(first.hash)?;
+            Some((self.beam(&paths)?, end_of(&paths)))
+        };
+        let beams: Vec<(Beam, f32)> = self.vertices[0].paths.iter().filter_map(of).collect();
+        for (beam, _) in &beams {
             audit.add(Entry::Carried, watts(beam.flux.truncate()));
         }
         beams.into_iter()
@@ -225,6 +229,14 @@ impl<'a> Triangle<'a> {
             flux: (mean * self.counted).extend(self.area),
         })
     }
+}
+
+/// Height below which a beam with these paths at its corners lights nothing, m: all corners land above it. Between them the receiver may lie lower by as much
+/// again as they differ. Minus infinity if a corner's light leaves the scene, so that what its neighbours light may lie anywhere.
+fn end_of(paths: &[Path; 3]) -> f32 {
+    let heights = paths.map(|path| path.lands_y.unwrap_or(f32::NEG_INFINITY));
+    let (low, high) = heights.into_iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
+    if low == f32::NEG_INFINITY { low } else { low - (high - low) }
 }
 
 fn watts(light: Vec3) -> f64 {
