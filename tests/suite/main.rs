@@ -9,6 +9,7 @@ mod caustic_volumes;
 mod caustic_volumes_analytic;
 mod cli;
 mod docs_paths;
+mod energy;
 mod flip;
 mod frame_builder;
 mod images;

@@ -57,18 +57,29 @@ impl Seen {
         self.points.positions.iter().enumerate().filter_map(|(k, p)| Some((k, (*p)?, self.points.normals[k])))
     }
 
-    /// Caustic light of the pixels where `of` holds, over that of photons at the same points.
+    /// Caustic irradiance of the pixels where `of` holds, summed up, over that of photons at the same points.
     pub fn energy_ratio(&self, scene: &Scene, photons: u64, of: impl Fn(Vec3) -> bool) -> f64 {
+        self.ratio(scene, photons, of, false)
+    }
+
+    /// The same in watts: each pixel counts by the area that it shows.
+    pub fn energy_ratio_by_area(&self, scene: &Scene, photons: u64, of: impl Fn(Vec3) -> bool) -> f64 {
+        self.ratio(scene, photons, of, true)
+    }
+
+    fn ratio(&self, scene: &Scene, photons: u64, of: impl Fn(Vec3) -> bool, by_area: bool) -> f64 {
         let mut points = self.points.clone();
         points.positions.iter_mut().for_each(|p| *p = p.filter(|p| of(*p)));
         let mut tracer = Tracer::new(scene, &TraceOptions { points: Some(points), ..TraceOptions::default() }).expect("can be traced");
         tracer.run(photons);
         let measured = tracer.pixels().expect("points were asked for");
         let valid = measured.valid.as_ref().expect("points have a mask");
+        let areas = tracer.pixel_areas().expect("points were asked for");
         let (mut drawn, mut traced) = (0.0, 0.0);
         for (k, mean) in measured.mean.iter().enumerate().filter(|(k, _)| valid[*k]) {
-            drawn += self.caustic[k];
-            traced += mean[0];
+            let weight = if by_area { areas[k] } else { 1.0 };
+            drawn += self.caustic[k] * weight;
+            traced += mean[0] * weight;
         }
         assert!(traced > 0.0, "no photon has landed");
         drawn / traced

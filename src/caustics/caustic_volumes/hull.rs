@@ -70,11 +70,13 @@ fn enlarge_needle(triangle: [DVec2; 3], slack: f64) -> [DVec2; 3] {
     [base - across * (2.0 * half), base + across * (2.0 * half), start + along * (2.0 * length + 3.0 * slack) + across * middle]
 }
 
-/// The convex hull of a beam's two ends, each enlarged by its slack in metres.
+/// The convex hull of a beam's two ends, each enlarged by its slack in metres, and the top by `bent` metres more on all sides.
+///
+/// A cap that is enlarged by its slack is also moved by it along the beam, away from the other one; `bent` does not move it.
 ///
 /// Computed in f64: after the enlargement, vertices that lie in one plane up to rounding do not occur.
 #[must_use]
-pub fn hull(top: [DVec3; 3], bottom: [DVec3; 3], top_slack: f64, bottom_slack: f64) -> Hull {
+pub fn hull(top: [DVec3; 3], bottom: [DVec3; 3], top_slack: f64, bottom_slack: f64, bent: f64) -> Hull {
     let flat = |t: [DVec3; 3]| t.map(|p| DVec2::new(p.x, p.z));
     let (flat_top, flat_bottom) = (flat(top), flat(bottom));
     // Horizontal metres per metre of depth along the beam, and how far its edges deviate from that: caps are moved along the beam, not vertically.
@@ -84,7 +86,7 @@ pub fn hull(top: [DVec3; 3], bottom: [DVec3; 3], top_slack: f64, bottom_slack: f
     }
     let slope = (slopes[0] + slopes[1] + slopes[2]) / 3.0;
     let spread = 1.0 + slopes.iter().map(|s| (*s - slope).length()).fold(0.0, f64::max);
-    let large_top = enlarge(flat_top.map(|p| p - slope * top_slack), top_slack * spread);
+    let large_top = enlarge(flat_top.map(|p| p - slope * top_slack), top_slack * spread + bent);
     // The rotation below reduces the slack by a quarter.
     let large_bottom = enlarge(flat_bottom.map(|p| p + slope * bottom_slack), bottom_slack * spread * 1.25);
     let mut hull = Hull::default();
@@ -184,7 +186,7 @@ mod tests {
             let t = top[k as usize - 3];
             DVec3::new(t.x + spread * r(k)[0], -2.0, t.z + spread * r(k)[2])
         });
-        hull(top, bottom, 1.0e-3, 1.0e-3)
+        hull(top, bottom, 1.0e-3, 1.0e-3, 0.0)
     }
 
     /// Every edge of a closed surface is used once in each direction, and Euler's formula holds.
@@ -255,7 +257,7 @@ mod tests {
             let at = f64::from(i / 100) * 0.37;
             let top = [DVec3::new(at, 0.0, at), DVec3::new(at, 0.0, at + size), DVec3::new(at + size, 0.0, at)];
             let shift = DVec3::new(0.2, -1.05, -0.1 * f64::from(i % 7));
-            assert_closed(&hull(top, top.map(|p| p + shift), 1.0e-4, 2.0e-4), &format!("beam {i}"));
+            assert_closed(&hull(top, top.map(|p| p + shift), 1.0e-4, 2.0e-4, 0.0), &format!("beam {i}"));
         }
     }
 
@@ -275,7 +277,7 @@ mod tests {
                 }
                 needles += 1;
             }
-            let hull = hull(top, bottom, 1.0e-3, 1.0e-3);
+            let hull = hull(top, bottom, 1.0e-3, 1.0e-3, 0.0);
             assert_closed(&hull, &format!("beam {i}"));
             for f in hull.faces() {
                 let [a, b, c] = f.map(|k| hull.corners[usize::from(k)]);

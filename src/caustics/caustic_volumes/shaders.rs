@@ -130,17 +130,17 @@ impl GeometryShader for HullGeometry {
             let clip = project(p);
             f64::from(volume.shape.y * clip.w.max(0.1))
         };
+        let (at_top, at_bottom) = reach(beam, bottom_y, slack(top[0]), slack(bottom[0]).max(slack(bottom[1])).max(slack(bottom[2])));
         // A crest above the lowest trough is not raised together with the water below it (`CameraUniform::raise`). This bends the beam at the trough
-        // by at most `bend`. What is above the water is not raised.
+        // by at most `bend`, measured from the hull's top. What is above the water is not raised.
         let (level, ratio) = (camera.water.x, camera.water.y);
         let bend = |i: usize| {
             let (g, d) = (beam.g[i], beam.d[i]);
-            let above = if side > 0.0 { (g.y - level).max(0.0) } else { 0.0 };
+            let above = if side > 0.0 { (g.y + at_top as f32 - level).max(0.0) } else { 0.0 };
             f64::from(above * (1.0 - ratio) / ratio * (d.x * d.x + d.z * d.z).sqrt())
         };
         let bent = bend(0).max(bend(1)).max(bend(2));
-        let (at_top, at_bottom) = reach(beam, bottom_y, slack(top[0]), slack(bottom[0]).max(slack(bottom[1])).max(slack(bottom[2])));
-        let hull = hull(top, bottom, at_top + bent, at_bottom);
+        let hull = hull(top, bottom, at_top, at_bottom, bent);
         let clip = hull.corners.map(|p| {
             let clip = project(p);
             [clip.x, clip.y, clip.z, clip.w]
