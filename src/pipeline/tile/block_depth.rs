@@ -12,14 +12,24 @@ use crate::api::resolved::{BEHIND, IGNORE, WRITE};
 use crate::api::rules::DepthPlane;
 use crate::geometry::depth_bias::depth_bias;
 use crate::primitive::tile_primitive::{TilePrimitive, flag};
-use crate::tile::coarse_depth::{CoarseDepth, CoarsePlane};
+use crate::tile::coarse_depth::{CoarseDepth, CoarsePlane, clamp_from_above};
 use crate::tile::squares::{LANE_X, LANE_Y};
 use crate::vendor::llvmpipe::unpack_bias;
 
-/// Clamps to the viewport's depth range; NaN becomes the lower end.
+/// Clamps to the viewport's depth range by the pipeline's rule; see [`clamp_to`].
 #[inline(always)]
 pub(crate) fn clamp_depth<L: Lanes>(z: L, draw: &Draw<'_>) -> L {
-    Lanes::clamp(z, draw.viewport.min_depth, draw.viewport.max_depth)
+    clamp_to(z, (draw.viewport.min_depth, draw.viewport.max_depth), draw.pipeline.rules.depth_plane)
+}
+
+/// Clamps to a range. NaN becomes the lower end, but the upper one under the rules of llvmpipe: there, the plane of a triangle whose area vanishes in f32,
+/// though not on the grid, is not a number.
+#[inline(always)]
+fn clamp_to<L: Lanes>(z: L, (low, high): (f32, f32), rule: DepthPlane) -> L {
+    match rule {
+        DepthPlane::LlvmpipeFused | DepthPlane::LlvmpipeMulAdd => clamp_from_above(z, (low, high)),
+        DepthPlane::Reference | DepthPlane::SwiftShader => Lanes::clamp(z, low, high),
+    }
 }
 
 /// Rounds to a number that the depth format stores.
@@ -110,7 +120,7 @@ impl<'c, S: Simd> BlockDepth<'c, S> {
     #[inline(always)]
     pub fn clamped(&self, z: f32x16<S>) -> f32x16<S> {
         match self.clamp {
-            Some((low, high)) => Lanes::clamp(z, low, high),
+            Some(range) => clamp_to(z, range, self.rule),
             None => z,
         }
     }

@@ -112,8 +112,15 @@ impl CoarsePlane {
         let least = first + ((size - 1.0) * (self.dx.min(0.0) + self.dy.min(0.0)) - self.slack);
         let greatest = first + ((size - 1.0) * (self.dx.max(0.0) + self.dy.max(0.0)) + self.slack);
         match self.clamp {
-            Some((low, high)) => (Lanes::clamp(least, low, high), Lanes::clamp(greatest, low, high)),
+            // Where they are not numbers, they become the ends, as rules differ on what depth is clamped to there.
+            Some((low, high)) => (Lanes::clamp(least, low, high), clamp_from_above(greatest, (low, high))),
             None => (least, greatest),
         }
     }
+}
+
+/// `max(min(z, high), low)`; NaN becomes `high`.
+#[inline(always)]
+pub(crate) fn clamp_from_above<L: Lanes>(z: L, (low, high): (f32, f32)) -> L {
+    Lanes::max(Lanes::min(z, z.like(high)), z.like(low))
 }
