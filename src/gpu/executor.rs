@@ -42,10 +42,9 @@ impl Executor for GpuExecutor {
                 read_whole(&on_gpu, *id, &mut self.contents.textures)?;
             }
             let stream_out = on_gpu.stream_pass(index, Vertices::Shaded, &self.device, &mut self.contents)?;
-            let ready = on_gpu.prepare(index, 0..pass.draws.len(), Vertices::Shaded, &self.device, &self.contents)?;
-            on_gpu.run([&ready])?;
+            let queries = on_gpu.draw_pass(index, Vertices::Shaded, &self.device, &self.contents)?;
             drawn.extend(pass.attachments().iter().map(|view| view.texture));
-            let output = PassOutput { queries: on_gpu.queries(&ready)?, stream_out, ..PassOutput::default() };
+            let output = PassOutput { queries, stream_out, ..PassOutput::default() };
             if let Some(observer) = observer.as_deref_mut() {
                 for view in pass.attachments() {
                     on_gpu.download(view, &mut self.contents.textures[view.texture.index()])?;

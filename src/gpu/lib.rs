@@ -9,12 +9,16 @@
 //! [`crosscheck`] compares every attachment of every pass with the software GPU's, and [`conformance`] draws random and adversarial primitives.
 
 mod adapter;
+mod bind;
 pub mod conformance;
 pub mod crosscheck;
 mod depth_copy;
 mod device;
+mod encode;
 mod executor;
 mod frame;
+mod layout;
+mod pieces;
 mod pipeline;
 mod pull;
 mod resources;

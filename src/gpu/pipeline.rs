@@ -2,7 +2,8 @@
 
 use super::GpuError;
 use super::device::Gpu;
-use super::twin::{TextureUse, Twin, VertexSource};
+use super::layout::{Used, layout, storage_layout};
+use super::twin::{PULLED_GROUP, Twin, VertexSource};
 use nephroid_pipeline::RenderPipelineDescriptor;
 use nephroid_pipeline::state::{ADDITIVE, BlendFactor, ColorTargetState, ColorWrites, FrontFace, PrimitiveTopology, TextureFormat};
 
@@ -25,8 +26,9 @@ pub(super) struct Variant {
 #[derive(Debug)]
 pub(super) struct Compiled {
     pub pipeline: wgpu::RenderPipeline,
-    /// Bindings of group 0 that the pipeline uses.
-    pub bindings: Vec<(u32, Option<TextureUse>)>,
+    /// Bindings of group 0 that the pipeline uses, and the group's layout, if there are any.
+    pub bindings: Vec<Used>,
+    pub group: Option<wgpu::BindGroupLayout>,
 }
 
 impl Compiled {
@@ -65,14 +67,26 @@ impl Compiled {
                 .map(|l| Some(wgpu::VertexBufferLayout { array_stride: l.array_stride, step_mode: l.step_mode, attributes: &l.attributes }))
                 .collect(),
         };
-        let pipeline = gpu.checked(&format!("making pipeline `{}`", desc.label), || {
+        let (pipeline, group) = gpu.checked(&format!("making pipeline `{}`", desc.label), || {
+            let group = (!twin.bindings.is_empty()).then(|| layout(&gpu.device, wgpu::ShaderStages::VERTEX_FRAGMENT, &twin.bindings));
+            let pulled = pulled_layout(&gpu.device);
+            let mut groups = vec![group.as_ref()];
+            if let VertexSource::Pulled { .. } = variant.vertices {
+                groups.resize(PULLED_GROUP as usize, None);
+                groups.push(Some(&pulled));
+            }
+            let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(&desc.label),
+                bind_group_layouts: &groups,
+                immediate_size: 0,
+            });
             let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(desc.program.name),
                 source: wgpu::ShaderSource::Wgsl(twin.source.as_str().into()),
             });
-            gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some(&desc.label),
-                layout: None,
+                layout: Some(&pipeline_layout),
                 vertex: wgpu::VertexState {
                     module: &module,
                     entry_point: Some(twin.vertex_entry),
@@ -90,10 +104,16 @@ impl Compiled {
                 }),
                 multiview_mask: None,
                 cache: None,
-            })
+            });
+            (pipeline, group)
         })?;
-        Ok(Self { pipeline, bindings: twin.bindings })
+        Ok(Self { pipeline, bindings: twin.bindings, group })
     }
+}
+
+/// Layout of the group of pulled vertices, the same for all pipelines.
+pub(super) fn pulled_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    storage_layout(device, wgpu::ShaderStages::VERTEX, &[true])
 }
 
 fn draws_triangles(desc: &RenderPipelineDescriptor) -> bool {

@@ -1,9 +1,11 @@
 //! Primitives that WebGPU cannot draw, expanded to triangles, lines and points. The vertex and geometry stages run on the software GPU, sprites and
 //! wide lines become triangles, and the driver pulls the vertices from a buffer.
 
-use nephroid_pipeline::frame::{Contents, Draw, Frame, FrameError, Pass, stream_draw, target_size};
+use std::sync::Arc;
+
+use nephroid_pipeline::frame::{Contents, Draw, Frame, FrameError, Pass, stream_draws, target_size};
 use nephroid_pipeline::state::{PrimitiveTopology, Viewport};
-use nephroid_pipeline::{Device, MAX_POINT_SIZE, PrimitiveClass};
+use nephroid_pipeline::{Device, MAX_POINT_SIZE, PrimitiveClass, StreamOutTarget};
 
 /// Vertices of a draw after the last stage before rasterization.
 #[derive(Debug)]
@@ -27,9 +29,27 @@ pub(super) fn must_be_pulled(frame: &Frame, draw: &Draw) -> bool {
     desc.program.geometry.is_some() || points || (lines && desc.line_width != 1.0)
 }
 
-/// The vertices of a draw after the last stage before rasterization.
-pub(super) fn pull(device: &Device, frame: &Frame, pass: &Pass, draw: &Draw, contents: &Contents) -> Result<Pulled, FrameError> {
-    let (class, stream) = stream_draw(device, frame, pass, draw, contents)?;
+/// Whether two draws have the same vertices after the last stage before rasterization, because only state behind it differs. Draws that are equal but
+/// for this are found; others may not be.
+pub(super) fn same_vertices(frame: &Frame, a: &Draw, b: &Draw) -> bool {
+    let [of_a, of_b] = [a, b].map(|draw| &frame.pipelines[draw.pipeline.index()]);
+    Arc::ptr_eq(&of_a.program, &of_b.program)
+        && of_a.primitive == of_b.primitive
+        && of_a.line_width == of_b.line_width
+        && of_a.vertex_buffers == of_b.vertex_buffers
+        && (a.bind_group, a.dynamic_offset, a.index, a.base_vertex, a.streamed)
+            == (b.bind_group, b.dynamic_offset, b.index, b.base_vertex, b.streamed)
+        && (&a.vertices, &a.instances, &a.vertex_buffers, &a.viewport) == (&b.vertices, &b.instances, &b.vertex_buffers, &b.viewport)
+}
+
+/// The vertices of some draws of a pass after the last stage before rasterization.
+pub(super) fn pull(device: &Device, frame: &Frame, pass: &Pass, draws: &[Draw], contents: &Contents) -> Result<Vec<Pulled>, FrameError> {
+    let streams = stream_draws(device, frame, pass, draws, contents)?;
+    Ok(draws.iter().zip(streams).map(|(draw, (class, stream))| expand(frame, pass, draw, class, stream)).collect())
+}
+
+/// The streamed vertices of a draw as a list that WebGPU can draw.
+fn expand(frame: &Frame, pass: &Pass, draw: &Draw, class: PrimitiveClass, stream: StreamOutTarget) -> Pulled {
     let desc = &frame.pipelines[draw.pipeline.index()];
     let floats = frame.stream_floats(draw.pipeline);
     let size = target_size(frame, pass);
@@ -37,7 +57,7 @@ pub(super) fn pull(device: &Device, frame: &Frame, pass: &Pass, draw: &Draw, con
     let per_pixel = [2.0 / viewport.width, 2.0 / viewport.height];
     let uses_point_coord = desc.program.wgsl.is_some_and(|source| source.contains("point_coord"));
     let as_they_are = |topology| Pulled { topology, point_coord: false, stride: floats, data: Vec::new() };
-    Ok(match class {
+    match class {
         PrimitiveClass::Triangles => Pulled { data: stream.data, ..as_they_are(PrimitiveTopology::TriangleList) },
         PrimitiveClass::Points if !uses_point_coord && stream.point_sizes.iter().all(|&s| s == 1.0) => {
             Pulled { data: stream.data, ..as_they_are(PrimitiveTopology::PointList) }
@@ -68,7 +88,7 @@ pub(super) fn pull(device: &Device, frame: &Frame, pass: &Pass, draw: &Draw, con
             }
             bands
         }
-    })
+    }
 }
 
 impl Pulled {

@@ -6,6 +6,8 @@ use naga::front::wgsl;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use super::GpuError;
+use super::layout::{Used, used_bindings};
+use nephroid_pipeline::BindingKind;
 use nephroid_pipeline::shader::{Interpolation, Program};
 
 /// Entry point that reads vertices from a buffer instead of shading them.
@@ -18,13 +20,6 @@ pub(super) const STREAMED_VERTEX: &str = "nephroid_streamed";
 pub(super) const STREAM_GROUP: u32 = 64;
 /// Bind group of the pulled vertices and of the streamed ones.
 pub(super) const PULLED_GROUP: u32 = 1;
-
-/// How a shader uses a texture binding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct TextureUse {
-    pub dimension: wgpu::TextureViewDimension,
-    pub depth: bool,
-}
 
 /// The vertices that a pipeline draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -41,8 +36,8 @@ pub(super) struct Twin {
     pub source: String,
     pub vertex_entry: &'static str,
     pub fragment_entry: Option<&'static str>,
-    /// Bindings of group 0 that the entry points use, and for textures how they are used.
-    pub bindings: Vec<(u32, Option<TextureUse>)>,
+    /// Bindings of group 0 that the entry points use.
+    pub bindings: Vec<Used>,
 }
 
 impl Twin {
@@ -68,7 +63,7 @@ impl Twin {
         let (module, info) = parse(&source).map_err(&fail)?;
         let used = |name: &str| name == vertex_entry || Some(name) == fragment_entry;
         let entries: Vec<usize> = (0..module.entry_points.len()).filter(|&k| used(&module.entry_points[k].name)).collect();
-        let bindings = bindings_of(&module, &info, &entries);
+        let bindings = used_bindings(&module, &info, &entries, &program.bindings).map_err(&fail)?;
         if !module.entry_points.iter().any(|e| e.name == vertex_entry) {
             return Err(fail(format!("its twin has no entry point `{vertex_entry}`")));
         }
@@ -76,19 +71,58 @@ impl Twin {
     }
 }
 
-/// A twin whose `vs` runs in a compute shader. Position and varyings of each vertex are written to a buffer in stream-out's layout.
+/// A twin whose `vs` runs in a compute shader, for the vertices of many draws. Position and varyings of each vertex are written to a buffer in
+/// stream-out's layout.
 ///
-/// Bindings of group [`PULLED_GROUP`]: 0 the vertex indices, 1 the stream.
-pub(super) fn streamed_vertex(program: &Program) -> Result<Twin, GpuError> {
-    let fail = |why: String| GpuError::Twin { program: program.name, why };
-    let original = program.wgsl.ok_or_else(|| fail("it has no WGSL twin".to_owned()))?;
-    let source = streamed_source(original, program).map_err(&fail)?;
-    let (module, info) = parse(&source).map_err(&fail)?;
-    let index = module.entry_points.iter().position(|e| e.name == STREAMED_VERTEX).ok_or_else(|| fail("no entry point".to_owned()))?;
-    Ok(Twin { bindings: bindings_of(&module, &info, &[index]), source, vertex_entry: STREAMED_VERTEX, fragment_entry: None })
+/// Bindings of group [`PULLED_GROUP`]: 0 for each vertex its index and the number of its draw, 1 the stream. A uniform whose offset each draw gives
+/// becomes an array with one element per draw.
+#[derive(Debug)]
+pub(super) struct StreamedTwin {
+    pub twin: Twin,
+    /// The dynamic uniform, if the program has one: its binding, and the bytes from one draw's to the next draw's.
+    pub dynamic: Option<(u32, usize)>,
 }
 
-fn streamed_source(source: &str, program: &Program) -> Result<String, String> {
+/// Completes a program's twin with [`STREAMED_VERTEX`].
+///
+/// # Errors
+/// If the program has no WGSL, or its `vs` cannot be called from a compute shader.
+pub(super) fn streamed_vertex(program: &Program) -> Result<StreamedTwin, GpuError> {
+    let fail = |why: String| GpuError::Twin { program: program.name, why };
+    let original = program.wgsl.ok_or_else(|| fail("it has no WGSL twin".to_owned()))?;
+    let (source, dynamic) = streamed_source(original, program).map_err(&fail)?;
+    let (module, info) = parse(&source).map_err(&fail)?;
+    let index = module.entry_points.iter().position(|e| e.name == STREAMED_VERTEX).ok_or_else(|| fail("no entry point".to_owned()))?;
+    let bindings = used_bindings(&module, &info, &[index], &program.bindings).map_err(&fail)?;
+    Ok(StreamedTwin { twin: Twin { bindings, source, vertex_entry: STREAMED_VERTEX, fragment_entry: None }, dynamic })
+}
+
+/// A dynamic uniform of a twin.
+struct DynamicUniform {
+    binding: u32,
+    name: String,
+    /// Name of its type.
+    ty: String,
+    /// Bytes of an array's element of this type.
+    stride: usize,
+}
+
+/// The twin's dynamic uniform, if the program has one that the twin declares.
+fn dynamic_uniform(module: &naga::Module, program: &Program) -> Result<Option<DynamicUniform>, String> {
+    let Some(number) = program.bindings.iter().position(|kind| matches!(kind, BindingKind::DynamicUniform(_))) else { return Ok(None) };
+    let is_it = |variable: &&naga::GlobalVariable| variable.binding.is_some_and(|b| b.group == 0 && b.binding == number as u32);
+    let Some(variable) = module.global_variables.iter().map(|(_, variable)| variable).find(is_it) else { return Ok(None) };
+    let ty = &module.types[variable.ty];
+    match (&variable.name, &ty.name, &ty.inner) {
+        (Some(name), Some(ty), naga::TypeInner::Struct { span, .. }) => {
+            Ok(Some(DynamicUniform { binding: number as u32, name: name.clone(), ty: ty.clone(), stride: *span as usize }))
+        }
+        _ => Err("its dynamic uniform is not a named struct".to_owned()),
+    }
+}
+
+/// WGSL of a streamed twin, and its dynamic uniform as in [`StreamedTwin`].
+fn streamed_source(source: &str, program: &Program) -> Result<(String, Option<(u32, usize)>), String> {
     let (module, _) = parse(source)?;
     let entry = module.entry_points.iter().find(|e| e.name == "vs").ok_or("its twin has no entry point `vs`")?;
     let start = source.find("fn vs(").ok_or("its `vs` is not spelled `fn vs(`")?;
@@ -120,9 +154,20 @@ fn streamed_source(source: &str, program: &Program) -> Result<String, String> {
             at += 1;
         }
     }
-    Ok(format!(
-        "{}\nfn vs({}) -> {} {}
-@group({PULLED_GROUP}) @binding(0) var<storage, read> nephroid_indices: array<u32>;
+    let (mut before, mut set, mut stride_of) = (source[..attribute].to_owned(), String::new(), None);
+    if let Some(DynamicUniform { binding, name, ty, stride }) = dynamic_uniform(&module, program)? {
+        let declared = format!("@group(0) @binding({binding}) var<uniform> {name}: {ty};");
+        if !before.contains(&declared) {
+            return Err(format!("its dynamic uniform is not spelled `{declared}`"));
+        }
+        let array = format!("@group(0) @binding({binding}) var<storage, read> nephroid_draws: array<{ty}>;\nvar<private> {name}: {ty};");
+        before = before.replace(&declared, &array);
+        set = format!("    {name} = nephroid_draws[nephroid_indices[vertex].y];\n");
+        stride_of = Some((binding, stride));
+    }
+    let source = format!(
+        "{before}\nfn vs({}) -> {} {}
+@group({PULLED_GROUP}) @binding(0) var<storage, read> nephroid_indices: array<vec2<u32>>;
 @group({PULLED_GROUP}) @binding(1) var<storage, read_write> nephroid_stream: array<f32>;
 
 @compute @workgroup_size({STREAM_GROUP})
@@ -131,31 +176,15 @@ fn {STREAMED_VERTEX}(@builtin(global_invocation_id) id: vec3<u32>) {{
     if vertex >= arrayLength(&nephroid_indices) {{
         return;
     }}
-    let result = vs(nephroid_indices[vertex]);
+{set}    let result = vs(nephroid_indices[vertex].x);
     let at = vertex * {stride}u;
 {writes}}}
 ",
-        &source[..attribute],
         without_attributes(arguments),
         without_attributes(result.trim()).trim(),
         &source[body..],
-    ))
-}
-
-/// Bindings of group 0 that some entry points use, and for textures how they are used.
-fn bindings_of(module: &naga::Module, info: &ModuleInfo, entries: &[usize]) -> Vec<(u32, Option<TextureUse>)> {
-    let mut bindings = Vec::new();
-    for &index in entries {
-        for (handle, variable) in module.global_variables.iter() {
-            let Some(binding) = variable.binding.as_ref().filter(|b| b.group == 0) else { continue };
-            let is_new = bindings.iter().all(|(number, _)| *number != binding.binding);
-            if is_new && !info.get_entry_point(index)[handle].is_empty() {
-                bindings.push((binding.binding, texture_use(&module.types[variable.ty].inner)));
-            }
-        }
-    }
-    bindings.sort_by_key(|b| b.0);
-    bindings
+    );
+    Ok((source, stride_of))
 }
 
 fn parse(source: &str) -> Result<(naga::Module, ModuleInfo), String> {
@@ -163,19 +192,6 @@ fn parse(source: &str) -> Result<(naga::Module, ModuleInfo), String> {
     let mut validator = Validator::new(ValidationFlags::all(), Capabilities::all());
     let info = validator.validate(&module).map_err(|error| error.emit_to_string(source))?;
     Ok((module, info))
-}
-
-fn texture_use(inner: &naga::TypeInner) -> Option<TextureUse> {
-    let naga::TypeInner::Image { dim, arrayed, class } = *inner else { return None };
-    let dimension = match (dim, arrayed) {
-        (naga::ImageDimension::D1, _) => wgpu::TextureViewDimension::D1,
-        (naga::ImageDimension::D2, false) => wgpu::TextureViewDimension::D2,
-        (naga::ImageDimension::D2, true) => wgpu::TextureViewDimension::D2Array,
-        (naga::ImageDimension::D3, _) => wgpu::TextureViewDimension::D3,
-        (naga::ImageDimension::Cube, false) => wgpu::TextureViewDimension::Cube,
-        (naga::ImageDimension::Cube, true) => wgpu::TextureViewDimension::CubeArray,
-    };
-    Some(TextureUse { dimension, depth: matches!(class, naga::ImageClass::Depth { .. }) })
 }
 
 /// WGSL of a vertex entry point that reads position and varyings from a buffer.

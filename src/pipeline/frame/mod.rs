@@ -24,4 +24,4 @@ pub use description::{
 pub use error::{BindGroupProblem, FrameError, ReferenceProblem};
 pub use executor::{Executor, FrameObserver, FrameOutput};
 pub use memory::MemoryEstimate;
-pub use resolve::{pipelines, run_frame_pass, stream_draw, target_size};
+pub use resolve::{pipelines, run_frame_pass, stream_draw, stream_draws, target_size};

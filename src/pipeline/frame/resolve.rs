@@ -1,5 +1,7 @@
 //! Resolves the ids of a frame to the resources that a pass of the pipeline takes.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -133,25 +135,48 @@ pub fn stream_draw(
     draw: &description::Draw,
     contents: &Contents,
 ) -> Result<(PrimitiveClass, StreamOutTarget), FrameError> {
-    let described = &frame.pipelines[draw.pipeline.index()];
-    let streamed = RenderPipelineDescriptor { targets: Vec::new(), depth_stencil: None, rasterizer_discard: true, ..described.clone() };
-    let pipeline = RenderPipeline::new(streamed, frame.rules)?;
+    Ok(stream_draws(device, frame, pass, std::slice::from_ref(draw), contents)?.swap_remove(0))
+}
+
+/// [`stream_draw`] of several draws, in parallel: the primitives of each.
+///
+/// # Errors
+/// If a draw is not valid.
+pub fn stream_draws(
+    device: &Device,
+    frame: &Frame,
+    pass: &description::Pass,
+    draws: &[description::Draw],
+    contents: &Contents,
+) -> Result<Vec<(PrimitiveClass, StreamOutTarget)>, FrameError> {
     let resolver = Resolver { buffers: &contents.buffers, streamed: &contents.streamed, size: target_size(frame, pass) };
     let view = |view: &description::TextureView| contents.textures.get(view.texture.index())?.view_of(&view.range).ok();
-    let group = resolver.bind_group(&frame.bind_groups[draw.bind_group.index()].entries, &view);
-    let bindings = Bindings::new(&group, draw.dynamic_offset as usize);
-    let buffers: Vec<VertexBuffer<'_>> = resolver.vertex_buffers(draw).collect();
-    let resolved = Draw {
-        query: None,
-        stream_out: Some(0),
-        // Without a target, the scissor is never used.
-        scissor: PixelRect::full(1, 1),
-        ..resolver.draw(draw, &pipeline, bindings, &buffers)
-    };
-    let target = StreamOutTarget { capacity: usize::MAX, ..StreamOutTarget::default() };
-    let mut run = Pass { label: pass.label.clone(), draws: vec![resolved], stream_out: vec![target], ..Pass::default() };
+    // Thousands of draws share a few pipelines and bind groups.
+    let (mut pipelines, mut groups) = (BTreeMap::new(), BTreeMap::new());
+    for draw in draws {
+        if let Entry::Vacant(new) = pipelines.entry(draw.pipeline) {
+            let described = frame.pipelines[draw.pipeline.index()].clone();
+            let streamed = RenderPipelineDescriptor { targets: Vec::new(), depth_stencil: None, rasterizer_discard: true, ..described };
+            new.insert(RenderPipeline::new(streamed, frame.rules)?);
+        }
+        groups.entry(draw.bind_group).or_insert_with(|| resolver.bind_group(&frame.bind_groups[draw.bind_group.index()].entries, &view));
+    }
+    let buffers: Vec<Vec<VertexBuffer<'_>>> = draws.iter().map(|draw| resolver.vertex_buffers(draw).collect()).collect();
+    let resolved = draws.iter().zip(&buffers).enumerate().map(|(number, (draw, buffers))| {
+        let bindings = Bindings::new(&groups[&draw.bind_group], draw.dynamic_offset as usize);
+        Draw {
+            query: None,
+            stream_out: Some(number as u32),
+            // Without a target, the scissor is never used.
+            scissor: PixelRect::full(1, 1),
+            ..resolver.draw(draw, &pipelines[&draw.pipeline], bindings, buffers)
+        }
+    });
+    let stream_out = vec![StreamOutTarget { capacity: usize::MAX, ..StreamOutTarget::default() }; draws.len()];
+    let mut run = Pass { label: pass.label.clone(), draws: resolved.collect(), stream_out, ..Pass::default() };
     run_pass(device, &mut run, None)?;
-    Ok((pipeline.rasterized(), run.stream_out.swap_remove(0)))
+    let streams = std::mem::take(&mut run.stream_out);
+    Ok(draws.iter().map(|draw| pipelines[&draw.pipeline].rasterized()).zip(streams).collect())
 }
 
 /// The parts of a frame from which the draws of a pass are resolved.
