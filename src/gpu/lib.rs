@@ -28,6 +28,7 @@ mod twin;
 pub use adapter::{Adapter, AdapterLine, Family, adapters, find_adapter};
 pub use device::Gpu;
 pub use executor::GpuExecutor;
+pub(crate) use frame::DRAWS_PER_BATCH;
 pub use frame::{GpuFrame, GpuPass, Vertices};
 
 use nephroid_pipeline::frame::FrameError;

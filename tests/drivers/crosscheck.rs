@@ -27,7 +27,7 @@ use nephroid::scene::{EyeRefraction, Shape};
 use crate::support::{self, scene_of_size, techniques};
 
 /// Side of the targets, pixels.
-const SIZE: u32 = 64;
+pub const SIZE: u32 = 64;
 
 /// Every adapter here, opened.
 pub fn gpus() -> Vec<Gpu> {
@@ -63,7 +63,7 @@ const OVER: BlendState = {
 };
 
 /// Four passes with two draws each: `coverage` adds, `stencil` counts front minus back, `blend` mixes, `viewport` draws to a part of its target.
-fn frame() -> Frame {
+pub fn frame() -> Frame {
     let mut frame = Frame::default();
     let settings = frame.buffer("settings", Arc::new(Buffer::from_slice(&[1.0_f32, 0.0, 0.0, 0.0])));
     for (number, label) in ["coverage", "stencil", "blend", "viewport"].into_iter().enumerate() {
@@ -115,12 +115,12 @@ fn frame() -> Frame {
 }
 
 /// [`compare_as`] with the bounds of shared passes alone.
-fn compare(gpu: &Gpu, on_cpu: &Frame, on_gpu: &Frame, mode: Mode) -> (Report, Option<Located>) {
+pub fn compare(gpu: &Gpu, on_cpu: &Frame, on_gpu: &Frame, mode: Mode) -> (Report, Option<Located>) {
     compare_as("", gpu, on_cpu, on_gpu, mode)
 }
 
 /// Compares, and if something differs finds out where it starts.
-fn compare_as(technique: &str, gpu: &Gpu, on_cpu: &Frame, on_gpu: &Frame, mode: Mode) -> (Report, Option<Located>) {
+pub fn compare_as(technique: &str, gpu: &Gpu, on_cpu: &Frame, on_gpu: &Frame, mode: Mode) -> (Report, Option<Located>) {
     let device = device();
     let rules = gpu.adapter().family().candidates()[0].1;
     let [on_cpu, on_gpu] = [on_cpu, on_gpu].map(|frame| Frame { rules, ..frame.clone() });
@@ -215,7 +215,7 @@ fn every_technique_agrees_in_every_variant() {
             variant.apply(&mut scene);
             scene.techniques.coarsen();
             technique.coarsen(&mut scene);
-            // A driver takes milliseconds for each draw, and there are techniques that draw each triangle of the water by itself.
+            // There are techniques that draw each triangle of the water by itself.
             let grid = format!("{}.grid", technique.settings().key());
             if scene.get(&grid).is_ok() {
                 scene.set(&grid, "9x9").expect("a small grid");
@@ -388,7 +388,7 @@ fn pictures_show_both_versions_and_the_error() {
     b.set_texel(0, 0, 3, 2, [1.0, 0.0, 0.0, 0.0]);
     let info = format_info(format).expect("a format");
     let surfaces = [a.surface(0, 0), b.surface(0, 0)];
-    let difference = nephroid::gpu::crosscheck::compare(info, surfaces[0], surfaces[1], 0.0);
+    let difference = nephroid::gpu::crosscheck::compare(info, surfaces[0], surfaces[1], 0.0).difference;
     let layer = side_by_side(info, surfaces, &difference, 0.0).expect("a picture");
     assert_eq!((layer.width(), layer.height()), (3 * 16 + 8, 8));
     let red = |x: u32, y: u32| *layer.planes()[0].get(x, y).expect("inside");

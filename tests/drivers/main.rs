@@ -5,6 +5,7 @@ mod frame_library;
 #[path = "../support/mod.rs"]
 mod support;
 
+mod allowed;
 mod conformance;
 mod crosscheck;
 mod formats;

@@ -23,7 +23,7 @@ pub mod shaders;
 
 pub use settings::{CausticVolumes, Faces};
 
-use nephroid_image::metrics::bounds::{ACCUMULATED, CHAINED, CHAINED_LOOKED_UP, COUNTED, PassBounds, VERTEX};
+use nephroid_image::metrics::bounds::{ACCUMULATED, COUNTED, OWN_BEAMS, PassBounds, VERTEX};
 use nephroid_pipeline::Device;
 use nephroid_scene::Scene;
 use nephroid_scene::water::WaterSim;
@@ -60,7 +60,7 @@ impl Technique for CausticVolumesTechnique {
         &[PassBounds {
             pass: "caustic_volumes",
             vertices: VERTEX,
-            textures: &[("volume_count", COUNTED, CHAINED), ("", ACCUMULATED, CHAINED_LOOKED_UP)],
+            textures: &[("volume_count", COUNTED, OWN_BEAMS), ("", ACCUMULATED, OWN_BEAMS)],
         }]
     }
     fn layouts(&self) -> Vec<Layout> {

@@ -46,7 +46,7 @@ pub mod specular;
 pub use error::LightVolumesError;
 pub use settings::{BeamCulling, BeamShadows, EnergyAt, Gather, LightVolumes};
 
-use nephroid_image::metrics::bounds::{ACCUMULATED, CHAINED, CHAINED_LOOKED_UP, COUNTED, PassBounds, SWEPT};
+use nephroid_image::metrics::bounds::{ACCUMULATED, COUNTED, OWN_BEAMS, PassBounds, SHADED, SWEPT, VERTEX};
 use nephroid_scene::{Group, Material, Part, Scene, Settings, Shape};
 
 use super::account::DRAW_BYTES;
@@ -86,11 +86,14 @@ impl Technique for LightVolumesTechnique {
         matches!(feature, Feature::WaterCaustics | Feature::SpecularCaustics)
     }
     fn bounds(&self) -> &'static [PassBounds] {
-        &[PassBounds {
-            pass: "light_volumes",
-            vertices: SWEPT,
-            textures: &[("beam_count", COUNTED, CHAINED), ("", ACCUMULATED, CHAINED_LOOKED_UP)],
-        }]
+        &[
+            PassBounds {
+                pass: "light_volumes",
+                vertices: SWEPT,
+                textures: &[("beam_count", COUNTED, OWN_BEAMS), ("", ACCUMULATED, OWN_BEAMS)],
+            },
+            PassBounds { pass: "relight", vertices: VERTEX, textures: &[("", SHADED, SHADED)] },
+        ]
     }
     fn layouts(&self) -> Vec<Layout> {
         vec![layout!(BeamsUniform: sigma_t, planes, space), layout!(SliceVertex: plane_y, corner), layout!(RelightUniform: to_light)]

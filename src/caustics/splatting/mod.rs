@@ -53,7 +53,7 @@ mod views;
 pub use error::SplattingError;
 pub use settings::{Blend, CurvatureFrom, Gather, Intersection, Lens, Search, Splats, Splatting, Views};
 
-use nephroid_image::metrics::bounds::{ACCUMULATED, Bound, CHAINED, CHAINED_SEARCHED, LOOKED_UP, PassBounds, SEARCHED, SHADED, VERTEX};
+use nephroid_image::metrics::bounds::{ACCUMULATED, ANOTHER_SURFACE, Bound, LOOKED_UP, PassBounds, SEARCHED, SHADED, VERTEX};
 use nephroid_pipeline::Device;
 use nephroid_scene::water::{HeightField, WaterSim};
 use nephroid_scene::{Group, Part, Scene, Settings};
@@ -69,18 +69,14 @@ use photons::PhotonsUniform;
 use splats::SplatsUniform;
 
 /// Vertices that hold differences of nearly equal numbers: a part of a Jacobian that cancels to zero has no exact places, and its error is relative to
-/// those of other photons. What is drawn with the driver's own vertices has bounds of its own.
-const DIFFERENCED: Bound = Bound::new("differenced-vertex", 1.0e-2, 120_000.0, 120_000.0);
+/// those of other photons. Where light passes undeviated, whole parts are nothing but rounding errors. What is drawn with them has bounds of its own.
+const DIFFERENCED: Bound = Bound::new("differenced-vertex", 1.0e-2, [200_000.0, 200_000.0], 0.5, 0.0);
 
-/// Pixels that show a caustic map from the driver's own photons: one that lands elsewhere takes all pixels of its splat along, and a picture may show no
-/// more than the part of the map where they gather.
-const CHAINED_SPLATS: Bound = Bound::new("chained-splats", 5.0e-4, 60_000.0, 10_000.0);
+/// Splats whose vertices are the driver's own: one that ends elsewhere takes pixels along its edge with it.
+const OWN_SPLATS: Bound = Bound::new("own-splats", 5.0e-4, [1000.0, 50.0], ANOTHER_SURFACE, 1.0e-4);
 
 /// Differentials of rays: next to total reflection they grow beyond all bounds, and the last places of a direction with them.
-const RAY_DIFFERENTIAL: Bound = Bound::new("ray-differential", 1.0e-3, 5_000.0, 2_000.0);
-
-/// As [`RAY_DIFFERENTIAL`], from the driver's own pictures of the light.
-const CHAINED_RAY_DIFFERENTIAL: Bound = Bound::new("chained-ray-differential", 1.0e-3, 12_000.0, 4_000.0);
+const RAY_DIFFERENTIAL: Bound = Bound::new("ray-differential", 1.0e-3, [5_000.0, 2_000.0], ANOTHER_SURFACE, 5.0e-2);
 
 /// The technique, as a row of the table.
 pub const TECHNIQUE: &dyn Technique = &SplattingTechnique;
@@ -109,18 +105,14 @@ impl Technique for SplattingTechnique {
                 pass: "photons",
                 vertices: VERTEX,
                 textures: &[
-                    ("photon_step_x", RAY_DIFFERENTIAL, CHAINED_RAY_DIFFERENTIAL),
-                    ("photon_step_y", RAY_DIFFERENTIAL, CHAINED_RAY_DIFFERENTIAL),
-                    ("", SEARCHED, CHAINED_SEARCHED),
+                    ("photon_step_x", RAY_DIFFERENTIAL, RAY_DIFFERENTIAL),
+                    ("photon_step_y", RAY_DIFFERENTIAL, RAY_DIFFERENTIAL),
+                    ("", SEARCHED, SEARCHED),
                 ],
             },
-            PassBounds { pass: "splats", vertices: DIFFERENCED, textures: &[("", ACCUMULATED, CHAINED_SPLATS)] },
-            PassBounds { pass: "resolve", vertices: VERTEX, textures: &[("", SHADED, CHAINED)] },
-            PassBounds { pass: "gather", vertices: VERTEX, textures: &[("", LOOKED_UP, CHAINED_SPLATS)] },
-            // The picture shows the map.
-            PassBounds { pass: "shade", vertices: VERTEX, textures: &[("", SHADED, CHAINED_SPLATS)] },
-            PassBounds { pass: "glass", vertices: VERTEX, textures: &[("", SEARCHED, CHAINED_SPLATS)] },
-            PassBounds { pass: "picture", vertices: VERTEX, textures: &[("", SEARCHED, CHAINED_SPLATS)] },
+            PassBounds { pass: "splats", vertices: DIFFERENCED, textures: &[("", ACCUMULATED, OWN_SPLATS)] },
+            PassBounds { pass: "resolve", vertices: VERTEX, textures: &[("", SHADED, SHADED)] },
+            PassBounds { pass: "gather", vertices: VERTEX, textures: &[("", LOOKED_UP, LOOKED_UP)] },
         ]
     }
     fn layouts(&self) -> Vec<Layout> {

@@ -37,8 +37,9 @@ pub struct LowArgs {
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
 
-    #[command(flatten)]
-    memory_limit: args::MemoryLimit,
+    /// Refuse to start what takes more memory than this, in MiB; a frame's textures are held four times
+    #[arg(long, value_name = "MIB", default_value_t = 8192, value_parser = clap::value_parser!(u32).range(1..))]
+    memory_limit: u32,
 
     /// What the driver starts each pass from
     #[arg(long, value_name = "MODE", default_value = "both")]
@@ -124,7 +125,7 @@ impl HiArgs {
             conformance: low.conformance.then(|| low.share.unwrap_or(1.0)),
             adapter: low.adapter,
             mode: low.mode,
-            memory_limit_bytes: low.memory_limit.bytes(),
+            memory_limit_bytes: u64::from(low.memory_limit) << 20,
             size: low.size,
             settings: low.settings,
             output: low.output,

@@ -17,9 +17,6 @@ use crate::gpu::{Gpu, GpuError, conformance, find_adapter};
 use crate::image::{file, png};
 use crate::pipeline::{Device, DeviceOptions, Surface, format_info};
 
-/// Most draws of a frame that `--all` compares: a driver without a GPU needs milliseconds for each draw.
-const MOST_DRAWS: usize = 20_000;
-
 /// Results of all comparisons.
 #[derive(Serialize)]
 struct All {
@@ -27,16 +24,7 @@ struct All {
     rules: &'static str,
     agrees: bool,
     frames: Vec<FrameReport>,
-    left_out: Vec<LeftOut>,
     conformance: Option<conformance::Report>,
-}
-
-/// A frame that `--all` leaves out.
-#[derive(Serialize)]
-struct LeftOut {
-    scene: String,
-    technique: &'static str,
-    draws: usize,
 }
 
 /// Results of one frame in one mode.
@@ -69,8 +57,7 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     if let Some(folder) = &args.output {
         fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     }
-    let mut all =
-        All { adapter: gpu.adapter().title(), rules: rules.0, agrees: true, frames: Vec::new(), left_out: Vec::new(), conformance: None };
+    let mut all = All { adapter: gpu.adapter().title(), rules: rules.0, agrees: true, frames: Vec::new(), conformance: None };
     let modes: &[Mode] = match args.mode {
         Modes::Free => &[Mode::FreeRunning],
         Modes::Resync => &[Mode::Resynchronised],
@@ -87,25 +74,14 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
             let options = RenderOptions {
                 technique: technique.name().to_owned(),
                 techniques: args.techniques,
-                memory_limit_bytes: args.memory_limit_bytes / COPIES,
+                memory_limit_bytes: args.memory_limit_bytes,
                 ..RenderOptions::default()
             };
             let TechniqueFrame { mut frame, counters, .. } = Renderer::new(&loaded, &options)?.build(&loaded)?;
             frame.rules = rules.1;
             turned = renderer::turned(&counters);
-            let draws = frame.passes.iter().map(|pass| pass.draws.len()).sum();
-            if args.all && draws > MOST_DRAWS {
-                let left_out = LeftOut { scene: scene.display().to_string(), technique: technique.name(), draws };
-                if !args.json {
-                    let LeftOut { scene, technique, .. } = &left_out;
-                    output::text(&format!(
-                        "\n{scene}, {technique}: left out, {draws} draws are more than {MOST_DRAWS}; name the scene to compare it\n"
-                    ))?;
-                }
-                all.left_out.push(left_out);
-                continue;
-            }
-            check_memory(&frame, &device, options.memory_limit_bytes)?;
+            let copies = (COPIES - 1) * frame.memory().textures + frame.memory().buffers;
+            check_memory(&frame, &device, args.memory_limit_bytes.saturating_sub(copies))?;
             for &mode in modes {
                 let mut report = check(args, &gpu, &device, &frame, mode, scene, technique.name())?;
                 report.bodies_turned = turned;
@@ -134,8 +110,8 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     Ok(if all.agrees { Outcome::Done } else { Outcome::Differs })
 }
 
-/// Copies of a frame's textures at one time: the software GPU's, the driver's, and those that are compared.
-const COPIES: u64 = 3;
+/// Copies of a frame's textures at one time: the software GPU's two, the driver's, and those read back from it. Of buffers there are two.
+const COPIES: u64 = 4;
 
 fn check(
     args: &HiArgs,
@@ -184,7 +160,9 @@ fn table(report: &FrameReport) -> String {
         Mode::Resynchronised => "resynchronised",
     };
     let mut text = format!("\n{}, {}, {mode}\n", report.scene, report.technique);
-    let header = ["", "pass", "attachment", "bound", "differ", "beyond", "off edges", "max ulp", "max relative"].map(str::to_owned);
+    let header =
+        ["", "pass", "attachment", "bound", "differ", "max ulp", "max relative", "beyond", "moved", "left", "worst", "light", "drift"]
+            .map(str::to_owned);
     let rows = report.report.attachments.iter().map(|a| {
         let d = &a.difference;
         [
@@ -193,14 +171,18 @@ fn table(report: &FrameReport) -> String {
             a.texture.clone(),
             a.bound.name.to_owned(),
             d.differing.to_string(),
-            d.outliers.to_string(),
-            d.unexplained().to_string(),
             d.max_ulp.to_string(),
             format!("{:.1e}", d.max_relative),
+            d.outliers.to_string(),
+            d.moved.to_string(),
+            d.unexplained().to_string(),
+            format!("{:.1e}", d.worst_unexplained),
+            format!("{:.1e}", d.light),
+            format!("{:.1e}", a.drift),
         ]
     });
-    let rows: Vec<[String; 9]> = std::iter::once(header).chain(rows).collect();
-    let rows: Vec<[&str; 9]> = rows.iter().map(|row| std::array::from_fn(|k| row[k].as_str())).collect();
+    let rows: Vec<[String; 13]> = std::iter::once(header).chain(rows).collect();
+    let rows: Vec<[&str; 13]> = rows.iter().map(|row| std::array::from_fn(|k| row[k].as_str())).collect();
     text.push_str(&output::columns(&rows));
     text.push_str(&vertex_table(&report.report));
     // Writing to a string cannot fail.

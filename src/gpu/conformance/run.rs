@@ -86,7 +86,7 @@ fn add_difference(report: &mut CaseReport, expected: &Image, actual: &Image, tol
         if !texture.info().kind.is_integer() && e == a {
             continue;
         }
-        let difference = compare(texture.info(), e, a, 0.0);
+        let difference = compare(texture.info(), e, a, 0.0).difference;
         report.differing += difference.differing;
         // The unit of 8-bit colours is a step of 1/255.
         let max_ulp = if texture.info().kind == ChannelKind::Unorm8 { greatest_step(e, a) } else { difference.max_ulp };

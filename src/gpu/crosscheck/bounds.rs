@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::Mode;
 use crate::Family;
+use nephroid_image::metrics::bounds::{ANOTHER_SURFACE, INTERPOLATED, SHADED, VERTEX};
 pub use nephroid_image::metrics::bounds::{Bound, EXACT, PassBounds};
-use nephroid_image::metrics::bounds::{CHAINED, INTERPOLATED, SHADED, VERTEX};
 use nephroid_pipeline::FormatInfo;
 
 /// A [`Bound`] as reports contain it.
@@ -16,20 +16,27 @@ pub(super) struct ReportedBound {
     tolerance: f64,
     outliers_ppm: f64,
     unexplained_ppm: f64,
+    worst: f64,
+    light: f64,
 }
 
 /// Depth if the driver computes vertices itself: clip positions differ in their last places, and so do a few pixels along edges.
-const OWN_VERTICES: Bound = Bound::new("own-vertices", 1.0e-4, 100.0, 20.0);
+const OWN_VERTICES: Bound = Bound::new("own-vertices", 1.0e-4, [100.0, 20.0], ANOTHER_SURFACE, 1.0e-5);
 
 /// Depth and coverage of hardware with unknown arithmetic: a few units in the last place, and single pixels along edges.
-const HARDWARE: Bound = Bound::new("hardware", 1.0e-4, 500.0, 50.0);
+const HARDWARE: Bound = Bound::new("hardware", 1.0e-4, [500.0, 50.0], ANOTHER_SURFACE, 1.0e-4);
 
-/// [`INTERPOLATED`] for llvmpipe, which anchors its planes at the target's origin: small triangles far from the origin differ by up to 1e-3.
-const INTERPOLATED_FROM_ORIGIN: Bound = Bound::new("interpolated-from-origin", 1.0e-4, 4000.0, 600.0);
+/// [`INTERPOLATED`] for llvmpipe, which anchors its planes at the target's origin: small triangles far from the origin differ by up to 1e-3, and slivers whose area
+/// vanishes in f32 by any amount.
+const INTERPOLATED_FROM_ORIGIN: Bound = Bound::new("interpolated-from-origin", 1.0e-4, [4000.0, 60.0], ANOTHER_SURFACE, 1.0e-4);
 
 /// [`INTERPOLATED`] for SwiftShader, which anchors its planes at a corner: in a triangle that starts close to the eye and is many times as large as the
 /// picture, that corner is far from the pixels.
-const INTERPOLATED_FROM_CORNER: Bound = Bound::new("interpolated-from-corner", 5.0e-4, 200.0, 60.0);
+const INTERPOLATED_FROM_CORNER: Bound = Bound::new("interpolated-from-corner", 5.0e-4, [200.0, 20.0], 0.1, 1.0e-4);
+
+/// Largest share of the light in which an attachment may differ, in the free-running mode, from what the software GPU draws from its own earlier results.
+/// Passes pass on what the passes before them add, and some multiply it: light gathers where rays meet, and last places with it.
+pub const DRIFT: f64 = 1.0e-2;
 
 /// The bound of one attachment of one pass. Attachments without a row in `passes` have the bound of shaded colours.
 #[must_use]
@@ -48,16 +55,21 @@ pub fn bound_of(passes: &[PassBounds], family: Family, mode: Mode, pass: &str, t
         before.is_some_and(|rest| rest.is_empty() || rest.ends_with(' ')) || behind.is_some_and(|rest| rest.starts_with(' '))
     };
     let row = rows.iter().find(|(name, ..)| name.is_empty() || is(name));
-    let (resynchronised, free) = row.map_or((SHADED, CHAINED), |(_, resynchronised, free)| (*resynchronised, *free));
+    let (resynchronised, free) = row.map_or((SHADED, SHADED), |(_, resynchronised, free)| (*resynchronised, *free));
     let bound = match mode {
         Mode::Resynchronised => resynchronised,
         Mode::FreeRunning => free,
     };
-    match family {
-        Family::Lavapipe if bound == INTERPOLATED => INTERPOLATED_FROM_ORIGIN,
-        Family::SwiftShader if bound == INTERPOLATED => INTERPOLATED_FROM_CORNER,
-        _ => bound,
+    if bound != INTERPOLATED {
+        return bound;
     }
+    let bound = match family {
+        Family::Lavapipe => INTERPOLATED_FROM_ORIGIN,
+        Family::SwiftShader => INTERPOLATED_FROM_CORNER,
+        Family::Other => bound,
+    };
+    // Where an edge moves, a pixel shows another surface.
+    if mode == Mode::FreeRunning { Bound { worst: ANOTHER_SURFACE, ..bound } } else { bound }
 }
 
 /// The bound of a pass's vertices.
@@ -74,12 +86,12 @@ fn row_of<'b>(passes: &'b [PassBounds], pass: &str) -> Option<&'b PassBounds> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nephroid_image::metrics::bounds::{ACCUMULATED, COUNTED, SWEPT};
+    use nephroid_image::metrics::bounds::{ACCUMULATED, COUNTED, OWN_BEAMS, SWEPT};
     use nephroid_pipeline::format_info;
     use nephroid_pipeline::state::TextureFormat;
 
     const PASSES: &[PassBounds] = &[
-        PassBounds { pass: "sums", vertices: SWEPT, textures: &[("count", COUNTED, CHAINED), ("", ACCUMULATED, CHAINED)] },
+        PassBounds { pass: "sums", vertices: SWEPT, textures: &[("count", COUNTED, OWN_BEAMS), ("", ACCUMULATED, OWN_BEAMS)] },
         PassBounds { pass: "seen", vertices: VERTEX, textures: &[("", INTERPOLATED, INTERPOLATED)] },
     ];
 
@@ -110,9 +122,11 @@ mod tests {
         assert_eq!(of("sums 1", "count 1", Mode::Resynchronised), COUNTED);
         assert_eq!(of("sums 1", "counter", Mode::Resynchronised), ACCUMULATED);
         assert_eq!(of("sums 1", "light", Mode::Resynchronised), ACCUMULATED);
-        assert_eq!(of("sums 1", "light", Mode::FreeRunning), CHAINED);
+        assert_eq!(of("sums 1", "light", Mode::FreeRunning), OWN_BEAMS);
         assert_eq!(of("other", "light", Mode::Resynchronised), SHADED);
-        assert_eq!(bound_of(PASSES, Family::Lavapipe, Mode::FreeRunning, "seen", "", info), INTERPOLATED_FROM_ORIGIN);
+        let seen = |mode| bound_of(PASSES, Family::Lavapipe, mode, "seen", "", info);
+        assert_eq!(seen(Mode::Resynchronised), INTERPOLATED_FROM_ORIGIN);
+        assert_eq!(seen(Mode::FreeRunning), Bound { worst: ANOTHER_SURFACE, ..INTERPOLATED_FROM_ORIGIN });
         assert_eq!(of("seen", "", Mode::Resynchronised), INTERPOLATED_FROM_CORNER);
         assert_eq!((vertex_bound_of(PASSES, "sums 7"), vertex_bound_of(PASSES, "other")), (SWEPT, VERTEX));
     }

@@ -2,9 +2,11 @@
 
 use serde::Serialize;
 
+use super::light::{distance, greatest_share};
+use nephroid_image::metrics::bounds::Measured;
 use nephroid_pipeline::{ChannelKind, FormatInfo, Surface};
 
-/// The difference between two versions of an attachment.
+/// The difference between two versions of an attachment, drawn from equal inputs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Pixels compared.
@@ -15,13 +17,21 @@ pub struct Difference {
     pub outliers: u64,
     /// Outliers at an edge that moved: within the tolerance, the driver's value lies in the range of the other version's 3x3 pixels around the pixel.
     pub at_edges: u64,
+    /// Other outliers that the software GPU draws itself if everything is moved by at most one unit of the grid that vertices snap to: within the
+    /// tolerance, the driver's value lies in the range of the values drawn so.
+    pub moved: u64,
     /// Greatest difference in units in the last place, outliers included; for integers, in integers.
     pub max_ulp: u64,
     /// Greatest relative error of the pixels within the tolerance.
     pub max_relative: f64,
+    /// Greatest relative error of the outliers that neither an edge nor a move explains.
+    pub worst_unexplained: f64,
+    /// Share of the light in which the outliers differ: the sum of their absolute differences over the sum of all magnitudes, of the channel where it is
+    /// greatest.
+    pub light: f64,
     /// The worst pixel, if any differs.
     pub worst: Option<Pixel>,
-    /// The first outlier in reading order that is not at an edge; if there is none, the first outlier.
+    /// The first outlier in reading order that nothing explains; if there is none, the first outlier.
     pub first: Option<Pixel>,
 }
 
@@ -79,47 +89,51 @@ pub(super) fn raise_scales(scales: &mut [f64]) {
     }
 }
 
+/// An outlier that is not at an edge, with the range of values that the software GPU draws there.
+#[derive(Clone, Debug)]
+pub(super) struct Open {
+    pub pixel: Pixel,
+    /// By channel; the stencil comes after all channels.
+    ranges: Vec<[f32; 2]>,
+}
+
+/// A comparison whose outliers off the edges are not explained yet.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// What is known so far.
+    pub difference: Difference,
+    pub(super) open: Vec<Open>,
+    scales: Vec<f64>,
+    info: FormatInfo,
+    tolerance: f64,
+}
+
 /// Compares two surfaces of one format. `tolerance` is a [`relative`] error, 0 for equal bits. Its scale is each channel's mean magnitude, so that
 /// values near zero need no better absolute accuracy than the rest of the picture; it is at least a thousandth of the greatest channel's.
 #[must_use]
-pub fn compare(info: FormatInfo, expected: &Surface, actual: &Surface, tolerance: f64) -> Difference {
+pub fn compare(info: FormatInfo, expected: &Surface, actual: &Surface, tolerance: f64) -> Comparison {
     let mut scales: Vec<f64> = (0..info.channels).map(|channel| mean_magnitude(expected, channel)).collect();
     raise_scales(&mut scales);
-    let mut difference =
-        Difference { pixels: 0, differing: 0, outliers: 0, at_edges: 0, max_ulp: 0, max_relative: 0.0, worst: None, first: None };
-    let mut first_unexplained = None;
+    let mut difference = Difference {
+        pixels: 0,
+        differing: 0,
+        outliers: 0,
+        at_edges: 0,
+        moved: 0,
+        max_ulp: 0,
+        max_relative: 0.0,
+        worst_unexplained: 0.0,
+        light: 0.0,
+        worst: None,
+        first: None,
+    };
+    let mut open = Vec::new();
+    let mut outlying = vec![0.0; info.channels];
     for y in 0..expected.height {
         for x in 0..expected.width {
             difference.pixels += 1;
-            let mut pixel: Option<Pixel> = None;
-            for (channel, &scale) in scales.iter().enumerate() {
-                let (a, b) = (expected.get(x, y, channel), actual.get(x, y, channel));
-                let (ulp, error) = match info.kind {
-                    ChannelKind::Uint(_) => {
-                        (u64::from(a.to_bits().abs_diff(b.to_bits())), if a.to_bits() == b.to_bits() { 0.0 } else { 1.0 })
-                    }
-                    ChannelKind::Sint(_) => {
-                        let [a, b] = [a, b].map(|v| v.to_bits() as i32);
-                        (u64::from(a.abs_diff(b)), if a == b { 0.0 } else { 1.0 })
-                    }
-                    // For normalized formats, one step is the unit in the last place.
-                    ChannelKind::UnormDepth(_) => ((f64::from(a) - f64::from(b)).abs() as u64, relative(a, b, scale)),
-                    _ => (ulps(a, b), relative(a, b, scale)),
-                };
-                if ulp == 0 {
-                    continue;
-                }
-                difference.max_ulp = difference.max_ulp.max(ulp);
-                if pixel.is_none_or(|p| error > p.error) {
-                    pixel = Some(Pixel { x, y, channel, expected: a, actual: b, error });
-                }
-            }
-            if info.stencil && expected.stencil_at(x, y) != actual.stencil_at(x, y) {
-                let [a, b] = [expected, actual].map(|s| f32::from(s.stencil_at(x, y)));
-                difference.max_ulp = difference.max_ulp.max((a - b).abs() as u64);
-                pixel = Some(Pixel { x, y, channel: info.channels, expected: a, actual: b, error: 1.0 });
-            }
-            let Some(pixel) = pixel else { continue };
+            let Some((pixel, ulp)) = compare_pixel(info, &scales, expected, actual, (x, y)) else { continue };
+            difference.max_ulp = difference.max_ulp.max(ulp);
             difference.differing += 1;
             if difference.worst.is_none_or(|w| pixel.error > w.error) {
                 difference.worst = Some(pixel);
@@ -130,22 +144,113 @@ pub fn compare(info: FormatInfo, expected: &Surface, actual: &Surface, tolerance
             }
             difference.outliers += 1;
             difference.first = difference.first.or(Some(pixel));
+            for (channel, sum) in outlying.iter_mut().enumerate() {
+                *sum += distance(info, expected, actual, (x, y), channel);
+            }
             if is_at_edge(info, &scales, expected, actual, &pixel, tolerance) {
                 difference.at_edges += 1;
             } else {
-                first_unexplained = first_unexplained.or(Some(pixel));
+                let ranges = (0..=info.channels).map(|channel| [value_at(info, expected, (x, y), channel); 2]).collect();
+                open.push(Open { pixel, ranges });
             }
         }
     }
-    difference.first = first_unexplained.or(difference.first);
-    difference
+    difference.light = greatest_share(info, &outlying, expected);
+    let mut comparison = Comparison { difference, open, scales, info, tolerance };
+    comparison.settle();
+    comparison
+}
+
+impl Comparison {
+    /// Takes into account what the software GPU draws if everything is moved: each range then contains the moved surface's value.
+    pub(super) fn widen(&mut self, moved: &Surface) {
+        for Open { pixel, ranges } in &mut self.open {
+            for (channel, [low, high]) in ranges.iter_mut().enumerate() {
+                let value = value_at(self.info, moved, (pixel.x, pixel.y), channel);
+                (*low, *high) = (low.min(value), high.max(value));
+            }
+        }
+    }
+
+    /// Closes the outliers whose values lie in their ranges: these are moved. `actual` is the driver's surface.
+    pub(super) fn close_moved(&mut self, actual: &Surface) {
+        let before = self.open.len();
+        let (info, scales, tolerance) = (self.info, &self.scales, self.tolerance);
+        self.open.retain(|Open { pixel, ranges }| {
+            let is_within = |channel: usize, &[low, high]: &[f32; 2]| {
+                let value = value_at(info, actual, (pixel.x, pixel.y), channel);
+                let scale = scales.get(channel).copied().unwrap_or(1.0);
+                (low..=high).contains(&value) || relative(value, low, scale).min(relative(value, high, scale)) <= tolerance
+            };
+            !ranges.iter().enumerate().all(|(channel, range)| is_within(channel, range))
+        });
+        self.difference.moved += (before - self.open.len()) as u64;
+        self.settle();
+    }
+
+    /// Derives what depends on the outliers that are still open.
+    fn settle(&mut self) {
+        let first = self.open.first().map(|open| open.pixel);
+        self.difference.first = first.or(self.difference.first);
+        self.difference.worst_unexplained = self.open.iter().map(|open| open.pixel.error).fold(0.0, f64::max);
+    }
+}
+
+/// The pixel with the channel that differs most, and its greatest difference in units in the last place; `None` if all bits are equal.
+fn compare_pixel(info: FormatInfo, scales: &[f64], expected: &Surface, actual: &Surface, (x, y): (u32, u32)) -> Option<(Pixel, u64)> {
+    let mut worst: Option<Pixel> = None;
+    let mut max_ulp = 0;
+    for (channel, &scale) in scales.iter().enumerate() {
+        let (a, b) = (expected.get(x, y, channel), actual.get(x, y, channel));
+        let (ulp, error) = match info.kind {
+            ChannelKind::Uint(_) => (u64::from(a.to_bits().abs_diff(b.to_bits())), if a.to_bits() == b.to_bits() { 0.0 } else { 1.0 }),
+            ChannelKind::Sint(_) => {
+                let [a, b] = [a, b].map(|v| v.to_bits() as i32);
+                (u64::from(a.abs_diff(b)), if a == b { 0.0 } else { 1.0 })
+            }
+            // For normalized formats, one step is the unit in the last place.
+            ChannelKind::UnormDepth(_) => ((f64::from(a) - f64::from(b)).abs() as u64, relative(a, b, scale)),
+            _ => (ulps(a, b), relative(a, b, scale)),
+        };
+        if ulp == 0 {
+            continue;
+        }
+        max_ulp = max_ulp.max(ulp);
+        if worst.is_none_or(|p| error > p.error) {
+            worst = Some(Pixel { x, y, channel, expected: a, actual: b, error });
+        }
+    }
+    if info.stencil && expected.stencil_at(x, y) != actual.stencil_at(x, y) {
+        let [a, b] = [expected, actual].map(|s| f32::from(s.stencil_at(x, y)));
+        max_ulp = max_ulp.max((a - b).abs() as u64);
+        worst = Some(Pixel { x, y, channel: info.channels, expected: a, actual: b, error: 1.0 });
+    }
+    worst.map(|pixel| (pixel, max_ulp))
+}
+
+/// A channel's number at a pixel; the stencil comes after all channels, and is 0 where there is none.
+pub(super) fn value_at(info: FormatInfo, surface: &Surface, (x, y): (u32, u32), channel: usize) -> f32 {
+    if channel < info.channels {
+        as_number(info, surface.get(x, y, channel))
+    } else if info.stencil {
+        f32::from(surface.stencil_at(x, y))
+    } else {
+        0.0
+    }
 }
 
 impl Difference {
-    /// Number of outliers that are not at a moved edge.
+    /// Number of outliers that neither an edge nor a move explains.
     #[must_use]
     pub fn unexplained(&self) -> u64 {
-        self.outliers - self.at_edges
+        self.outliers - self.at_edges - self.moved
+    }
+
+    /// What is held against a bound.
+    #[must_use]
+    pub fn measured(&self) -> Measured {
+        let Self { pixels, outliers, worst_unexplained: worst, light, .. } = *self;
+        Measured { pixels, outliers, unexplained: self.unexplained(), worst, light }
     }
 }
 
@@ -194,13 +299,13 @@ fn is_at_edge(info: FormatInfo, scales: &[f64], expected: &Surface, actual: &Sur
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use nephroid_pipeline::state::TextureFormat;
     use nephroid_pipeline::{Texture, TextureDescriptor};
 
     /// An 8x8 picture of one format with these numbers in channel 0, row by row.
-    fn picture(format: TextureFormat, value: impl Fn(u32, u32) -> f32) -> Texture {
+    pub(in crate::crosscheck) fn picture(format: TextureFormat, value: impl Fn(u32, u32) -> f32) -> Texture {
         let mut texture = Texture::new(TextureDescriptor::d2("t", 8, 8, format)).unwrap();
         for (x, y) in (0..64).map(|i| (i % 8, i / 8)) {
             texture.set_texel(0, 0, x, y, [value(x, y), 0.0, 0.0, 0.0]);
@@ -208,8 +313,8 @@ mod tests {
         texture
     }
 
-    fn compared(a: &Texture, b: &Texture, tolerance: f64) -> Difference {
-        compare(a.info(), a.surface(0, 0), b.surface(0, 0), tolerance)
+    pub(in crate::crosscheck) fn compared(a: &Texture, b: &Texture, tolerance: f64) -> Difference {
+        compare(a.info(), a.surface(0, 0), b.surface(0, 0), tolerance).difference
     }
 
     #[test]
@@ -252,6 +357,27 @@ mod tests {
         let wrong = picture(TextureFormat::R32Float, |x, y| if (x, y) == (6, 6) { 9.0 } else { a.surface(0, 0).get(x, y, 0) });
         let d = compared(&a, &wrong, 1.0e-4);
         assert_eq!((d.outliers, d.unexplained()), (1, 1));
+    }
+
+    /// The driver has a value that neither the pixel nor its neighbours have: the software GPU must reach it when it draws everything moved.
+    #[test]
+    fn what_moves_within_a_unit_is_explained_and_no_more() {
+        let spike = |value: f32| picture(TextureFormat::R32Float, move |x, y| if (x, y) == (6, 6) { value } else { 1.0 });
+        let (a, b) = (spike(1.0), spike(9.0));
+        let explained = |moved: &[f32]| {
+            let mut comparison = compare(a.info(), a.surface(0, 0), b.surface(0, 0), 1.0e-4);
+            moved.iter().for_each(|&value| comparison.widen(spike(value).surface(0, 0)));
+            comparison.close_moved(b.surface(0, 0));
+            comparison.difference
+        };
+        let beyond = explained(&[0.5, 10.0]);
+        assert_eq!((beyond.outliers, beyond.moved, beyond.unexplained(), beyond.worst_unexplained), (1, 1, 0, 0.0));
+        let short = explained(&[0.5, 8.9]);
+        assert_eq!((short.outliers, short.moved, short.unexplained()), (1, 0, 1));
+        assert!((short.worst_unexplained - 8.0 / 9.0).abs() < 1.0e-12);
+        assert_eq!(short.first.map(|p| (p.x, p.y)), Some((6, 6)));
+        let within_tolerance = explained(&[8.9995]);
+        assert_eq!((within_tolerance.moved, within_tolerance.unexplained()), (1, 0));
     }
 
     #[test]

@@ -80,7 +80,7 @@ pub fn locate(
         let start = draw.vertices.start + (count - 1) * corners;
         let alone = Draw { vertices: start..start + corners, ..draw.clone() };
         let pair = search.before()?;
-        let (_, stream) = stream_draw(device, on_cpu, pass, &alone, &pair.expected)?;
+        let (_, stream) = stream_draw(device, on_cpu, pass, &alone, pair.expected())?;
         let floats = on_cpu.stream_floats(draw.pipeline);
         located.vertices = stream.data.chunks_exact(floats).map(<[f32]>::to_vec).collect();
     }
@@ -130,7 +130,7 @@ impl<'a> Search<'a> {
         let mut pair = Pair::new(self.gpu, self.device, self.frames[0], self.frames[1], self.mode)?;
         for index in 0..self.failed.pass_index {
             pair.run(index)?;
-            pair.resynchronise(index)?;
+            pair.settle(index)?;
         }
         Ok(pair)
     }
@@ -151,11 +151,11 @@ impl<'a> Search<'a> {
         let mut pair = Pair::new(self.gpu, self.device, &cut[0], &cut[1], self.mode)?;
         for earlier in 0..index {
             pair.run(earlier)?;
-            pair.resynchronise(earlier)?;
+            pair.settle(earlier)?;
         }
         pair.run(index)?;
         let view = self.failed.view;
-        let info = pair.expected.texture(view.texture).info();
+        let info = pair.chain.texture(view.texture).info();
         let [expected, actual] = pair.surfaces(view);
         let Pixel { x, y, channel, .. } = self.pixel;
         let values = match channel < info.channels {
@@ -167,7 +167,7 @@ impl<'a> Search<'a> {
         }
         let tolerance = self.failed.bound.tolerance;
         // Relative errors have the scale of the whole attachment.
-        let difference = compare(info, expected, actual, tolerance);
+        let difference = compare(info, expected, actual, tolerance).difference;
         let error = difference.worst.filter(|w| (w.x, w.y) == (x, y)).map_or_else(|| relative(values[0], values[1], 0.0), |w| w.error);
         Ok((error > tolerance).then_some(Pixel { x, y, channel, expected: values[0], actual: values[1], error }))
     }

@@ -1,28 +1,33 @@
 //! The cross-check: runs one frame on the software GPU and on a driver, and compares every attachment after every pass.
 //!
-//! In the *free-running* mode, each side reads its own results of earlier passes, and the driver shades vertices: the whole frame is checked. In the
-//! *resynchronised* mode, the driver starts every pass from the software GPU's attachments and draws the software GPU's vertices: a difference is
-//! then caused by that pass alone, after its vertex stage. Every attachment has a named [`Bound`]. The first attachment beyond its bound is traced to
-//! a draw, a primitive and a pixel ([`locate()`]).
+//! In the *free-running* mode, the driver reads its own results of earlier passes, and shades vertices: the whole frame is checked. The software GPU
+//! draws each pass twice, from its own earlier results and from the driver's. Held against the second, the driver's picture shows what this pass adds;
+//! against the first, how far the whole has drifted. In the *resynchronised* mode, the driver starts every pass from the software GPU's attachments
+//! and draws the software GPU's vertices: a difference is then caused by that pass alone, after its vertex stage. Every attachment has a named
+//! [`Bound`]. The first attachment beyond its bound is traced to a draw, a primitive and a pixel ([`locate()`]).
 
 mod bounds;
 mod compare;
+mod light;
 mod locate;
+mod pair;
 mod picture;
 mod vertices;
 
 use serde::Serialize;
 
-pub use bounds::{Bound, EXACT, PassBounds, bound_of, vertex_bound_of};
-pub use compare::{Difference, Pixel, compare, relative, ulps};
+pub use bounds::{Bound, DRIFT, EXACT, PassBounds, bound_of, vertex_bound_of};
+pub use compare::{Comparison, Difference, Pixel, compare, relative, ulps};
+pub use light::drift;
 pub use locate::{Located, locate};
 pub use picture::{plain_tone, side_by_side};
 pub use vertices::VertexReport;
 
-use super::{Gpu, GpuError, GpuFrame, Vertices};
+use super::{Gpu, GpuError};
 use nephroid_pipeline::Device;
-use nephroid_pipeline::frame::{AttachmentView, BufferId, Contents, Frame, FrameError, TextureId, pipelines, run_frame_pass, stream_draw};
+use nephroid_pipeline::frame::{AttachmentView, Frame, Pass};
 use nephroid_pipeline::state::TextureFormat;
+use pair::{Pair, surface};
 
 /// The state from which the driver starts each pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -50,7 +55,9 @@ pub struct AttachmentReport {
     pub bound: Bound,
     /// The difference between the two versions.
     pub difference: Difference,
-    /// Whether the difference is within the bound.
+    /// Share of the light in which the driver's picture differs from the one that the software GPU draws from its own earlier results.
+    pub drift: f64,
+    /// Whether the difference is within the bound, and the drift within [`DRIFT`].
     pub within: bool,
     #[serde(skip)]
     pub(crate) view: AttachmentView,
@@ -111,124 +118,6 @@ impl Report {
     }
 }
 
-/// A frame on both sides, run pass by pass.
-pub(crate) struct Pair<'a> {
-    device: &'a Device,
-    mode: Mode,
-    on_cpu: &'a Frame,
-    pipelines: Vec<nephroid_pipeline::RenderPipeline>,
-    on_gpu: GpuFrame<'a>,
-    gpu_frame: &'a Frame,
-    /// Textures and buffers of the software GPU.
-    pub expected: Contents,
-    /// Textures and buffers of the driver, as last read back.
-    pub actual: Contents,
-}
-
-impl<'a> Pair<'a> {
-    /// A pair before its first pass: contents are the frames' initial contents.
-    ///
-    /// # Errors
-    /// If the frame is not valid or the device cannot hold it.
-    pub fn new(gpu: &'a Gpu, device: &'a Device, on_cpu: &'a Frame, on_gpu: &'a Frame, mode: Mode) -> Result<Self, GpuError> {
-        let pipelines = pipelines(on_cpu).map_err(FrameError::from)?;
-        let expected = Contents::initial(on_cpu).map_err(FrameError::from)?;
-        let actual = Contents::initial(on_gpu).map_err(FrameError::from)?;
-        Ok(Self { device, mode, on_cpu, pipelines, on_gpu: GpuFrame::new(gpu, on_gpu)?, gpu_frame: on_gpu, expected, actual })
-    }
-
-    /// Runs a pass on both sides and reads the driver's attachments. Returns the queries of the software GPU and of the driver.
-    ///
-    /// # Errors
-    /// If a side cannot run the pass.
-    pub fn run(&mut self, index: usize) -> Result<[Vec<u64>; 2], GpuError> {
-        let (expected, actual) = (&self.on_cpu.passes[index], &self.gpu_frame.passes[index]);
-        let vertices = match self.mode {
-            Mode::FreeRunning => Vertices::Shaded,
-            Mode::Resynchronised => Vertices::Pulled,
-        };
-        self.on_gpu.stream_pass(index, vertices, self.device, &mut self.actual)?;
-        let contents = if self.mode == Mode::FreeRunning { &self.actual } else { &self.expected };
-        let ready = self.on_gpu.prepare(index, 0..actual.draws.len(), vertices, self.device, contents)?;
-        self.on_gpu.run([&ready])?;
-        let output = run_frame_pass(self.device, self.on_cpu, &self.pipelines, expected, &mut self.expected, None)?;
-        for view in actual.attachments() {
-            self.on_gpu.download(view, &mut self.actual.textures[view.texture.index()])?;
-        }
-        Ok([output.queries, self.on_gpu.queries(&ready)?])
-    }
-
-    /// Compares the vertex stages of a pass on both sides, before the pass runs. Draws whose vertex stage the driver does not run are left out.
-    fn vertices(&mut self, index: usize, bounds: &[PassBounds]) -> Result<Vec<VertexReport>, GpuError> {
-        let pass = &self.on_cpu.passes[index];
-        let mut reports = Vec::new();
-        for (number, draw) in pass.draws.iter().enumerate() {
-            let program = &self.on_cpu.pipelines[draw.pipeline.index()].program;
-            if self.mode == Mode::Resynchronised || program.geometry.is_some() || !draw.vertex_buffers.is_empty() {
-                continue;
-            }
-            let (_, expected) = stream_draw(self.device, self.on_cpu, pass, draw, &self.expected)?;
-            let actual = self.on_gpu.stream_out(index, number, self.device, &self.actual)?;
-            let vectors: Vec<usize> = std::iter::once(4).chain(program.varyings.iter().map(|varying| varying.components)).collect();
-            reports.push(VertexReport::new(
-                (index, &pass.label, number),
-                vertex_bound_of(bounds, &pass.label),
-                &vectors,
-                &expected.data,
-                &actual,
-            ));
-        }
-        Ok(reports)
-    }
-
-    /// In the resynchronised mode, gives the driver the software GPU's attachments and streamed-out buffers of a pass.
-    ///
-    /// # Errors
-    /// If the driver fails.
-    pub fn resynchronise(&mut self, index: usize) -> Result<(), GpuError> {
-        if self.mode == Mode::Resynchronised {
-            for view in self.on_cpu.passes[index].attachments() {
-                self.upload(view.texture)?;
-            }
-            for stream in &self.on_cpu.passes[index].stream_out {
-                self.upload_buffer(stream.buffer)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn upload(&mut self, id: TextureId) -> Result<(), GpuError> {
-        self.on_gpu.upload(id, self.expected.texture(id))?;
-        self.actual.textures[id.index()] = self.expected.texture(id).clone();
-        Ok(())
-    }
-
-    fn upload_buffer(&mut self, id: BufferId) -> Result<(), GpuError> {
-        self.on_gpu.upload_buffer(id, self.expected.buffer(id))?;
-        self.actual.buffers[id.index()] = self.expected.buffers[id.index()].clone();
-        self.actual.streamed[id.index()] = self.expected.streamed[id.index()];
-        Ok(())
-    }
-
-    /// Streamed-out buffers of a pass whose lengths differ. The reports of vertices do not show this.
-    fn streams(&self, index: usize) -> Vec<StreamReport> {
-        let pass = &self.on_cpu.passes[index];
-        let vertices = |contents: &Contents, id: BufferId| contents.streamed[id.index()].vertices;
-        let report = pass.stream_out.iter().map(|stream| StreamReport {
-            pass_index: index,
-            buffer: self.on_cpu.buffers[stream.buffer.index()].label.clone(),
-            expected: vertices(&self.expected, stream.buffer),
-            actual: vertices(&self.actual, stream.buffer),
-        });
-        report.filter(|report| report.expected != report.actual).collect()
-    }
-
-    /// Both versions of an attachment.
-    pub fn surfaces(&self, view: AttachmentView) -> [&nephroid_pipeline::Surface; 2] {
-        [&self.expected, &self.actual].map(|contents| contents.texture(view.texture).surface(view.level, view.layer))
-    }
-}
-
 /// Runs a frame on both sides and compares every attachment after every pass. `bounds` are those of the frame's passes. `watch` is called with both
 /// versions of each attachment.
 ///
@@ -253,28 +142,50 @@ pub fn crosscheck(
         let queries = expected.into_iter().zip(actual).enumerate().filter(|(_, (e, a))| e != a);
         report.queries.extend(queries.map(|(query, (expected, actual))| QueryReport { pass_index: index, query, expected, actual }));
         report.streams.extend(pair.streams(index));
-        for view in pass.attachments() {
-            let number = view.texture.index();
-            let desc = &on_cpu.textures[number].desc;
-            let info = pair.expected.textures[number].info();
-            let bound = bound_of(bounds, gpu.adapter().family(), mode, &pass.label, &desc.label, info);
-            let surfaces = pair.surfaces(view);
-            let difference = compare(info, surfaces[0], surfaces[1], bound.tolerance);
-            let within = bound.holds(difference.pixels, difference.outliers, difference.unexplained());
-            let attachment = AttachmentReport {
-                pass_index: index,
-                pass: pass.label.clone(),
-                texture: desc.label.clone(),
-                format: desc.format,
-                bound,
-                difference,
-                within,
-                view,
-            };
-            watch(&attachment, surfaces);
+        for (attachment, surfaces) in attachments(&mut pair, gpu, index, pass, bounds)?.into_iter().zip(pass.attachments()) {
+            watch(&attachment, pair.surfaces(surfaces));
             report.attachments.push(attachment);
         }
-        pair.resynchronise(index)?;
+        pair.settle(index)?;
     }
     Ok(report)
+}
+
+/// Compares the attachments of a pass that has run.
+fn attachments(
+    pair: &mut Pair<'_>,
+    gpu: &Gpu,
+    index: usize,
+    pass: &Pass,
+    bounds: &[PassBounds],
+) -> Result<Vec<AttachmentReport>, GpuError> {
+    let mut compared = Vec::new();
+    for view in pass.attachments() {
+        let texture = pair.chain.texture(view.texture);
+        let bound = bound_of(bounds, gpu.adapter().family(), pair.mode, &pass.label, &texture.desc().label, texture.info());
+        let [expected, actual] = pair.surfaces(view);
+        compared.push((view, bound, compare(texture.info(), expected, actual, bound.tolerance)));
+    }
+    if compared.iter().any(|(.., comparison)| !comparison.open.is_empty()) {
+        pair.moved(index, |contents| compared.iter_mut().for_each(|(view, _, comparison)| comparison.widen(surface(contents, *view))))?;
+    }
+    let report = |(view, bound, mut comparison): (AttachmentView, Bound, Comparison)| {
+        comparison.close_moved(pair.surfaces(view)[1]);
+        let texture = pair.chain.texture(view.texture);
+        let drift = drift(texture.info(), surface(&pair.chain, view), surface(&pair.actual, view));
+        let difference = comparison.difference;
+        let within = bound.holds(&difference.measured()) && drift <= DRIFT;
+        AttachmentReport {
+            pass_index: index,
+            pass: pass.label.clone(),
+            texture: texture.desc().label.clone(),
+            format: texture.desc().format,
+            bound,
+            difference,
+            drift,
+            within,
+            view,
+        }
+    };
+    Ok(compared.into_iter().map(report).collect())
 }

@@ -12,7 +12,7 @@ use nephroid::caustics::builder::state::clear;
 use nephroid::caustics::builder::{Contributions, FrameBuilder, ViewOptions, cut_level};
 use nephroid::caustics::{Builder, Feature, Layout, Receivers, RenderError, Technique, TechniqueFrame, layout};
 use nephroid::frame::{BindEntry, Draw, Pass};
-use nephroid::metrics::bounds::{CHAINED_LOOKED_UP, EXACT, PassBounds, VERTEX};
+use nephroid::metrics::bounds::{ACCUMULATED, EXACT, PassBounds, VERTEX};
 use nephroid::passes::fullscreen;
 use nephroid::pipeline::Device;
 use nephroid::pipeline::state::TextureFormat;
@@ -43,7 +43,7 @@ impl Technique for TwofoldTechnique {
         false
     }
     fn bounds(&self) -> &'static [PassBounds] {
-        &[PassBounds { pass: "twofold", vertices: VERTEX, textures: &[("", EXACT, CHAINED_LOOKED_UP)] }]
+        &[PassBounds { pass: "twofold", vertices: VERTEX, textures: &[("", EXACT, ACCUMULATED)] }]
     }
     fn layouts(&self) -> Vec<Layout> {
         vec![layout!(TwofoldUniform: factor)]
