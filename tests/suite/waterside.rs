@@ -350,7 +350,8 @@ fn dry_ground_beside_the_water_below_a_lamp_in_it_is_lit_straight() {
                     wet += 1;
                 } else {
                     beside += 1;
-                    if p.y < -0.05 {
+                    // A splat on ground above the level is some texels wide, and reaches a little below it.
+                    if p.y < -0.4 {
                         assert_eq!(seen.caustic[k], 0.0, "{technique}, {name}: caustics at {p}");
                     }
                 }
