@@ -211,7 +211,7 @@ fn glass_absorbs_reflects_and_keeps() {
         ("reflected", SENT * (r + passes * k * r)),
         ("landed", SENT * passes * passes * k),
     ];
-    assert_audit("a block in pictures", &block("", ""), "splatting", &once, 0.02);
+    assert_audit("a block in pictures", &block("", "splatting: (intersection: Image)"), "splatting", &once, 0.02);
     // A sheet inside of the block holds all light that has entered: 0.2 m of glass are above it.
     let inside = sheet((2.0, 2.0), (0.0, 0.35, 0.0));
     let audit = audited(&block(&inside, ""), "light-volumes");

@@ -27,6 +27,7 @@ mod scene_files;
 mod seam;
 mod seen_in_glass;
 mod settings;
+mod shadow_edges;
 mod splatting;
 mod splatting_claims;
 mod through_the_surface;

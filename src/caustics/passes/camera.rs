@@ -88,6 +88,13 @@ impl CameraUniform {
         self.view_direction(v3(far.x * inv_w, far.y * inv_w, far.z * inv_w))
     }
 
+    /// Lanes whose point is above or below the water's rectangle.
+    #[inline(always)]
+    pub fn in_extent<L: Lanes>(&self, p_ws: V3<L>) -> L::Mask {
+        let e = self.extent;
+        p_ws.x.ge(p_ws.x.like(e.x)) & p_ws.x.le(p_ws.x.like(e.z)) & p_ws.z.ge(p_ws.z.like(e.y)) & p_ws.z.le(p_ws.z.like(e.w))
+    }
+
     /// Lanes whose point is in the body of water: inside its extent and below the surface there. `heights` is the texture of the surface's heights.
     ///
     /// Between its vertices the surface is that of the triangles of [`nephroid_scene::water::HeightField::triangle_indices`], so that the line where
@@ -98,8 +105,7 @@ impl CameraUniform {
         if self.water.w == 0.0 {
             return zero.lt(zero);
         }
-        let e = self.extent;
-        let inside = p_ws.x.ge(p_ws.x.like(e.x)) & p_ws.x.le(p_ws.x.like(e.z)) & p_ws.z.ge(p_ws.z.like(e.y)) & p_ws.z.le(p_ws.z.like(e.w));
+        let inside = self.in_extent(p_ws);
         let (columns, rows, _) = heights.level_size(0);
         let place = |at: L, first: f32, per_metre: f32, count: u32| Lanes::clamp((at - first) * per_metre, 0.0, (count - 1) as f32);
         let (column, row) = (place(p_ws.x, self.grid.x, self.grid.z, columns), place(p_ws.z, self.grid.y, self.grid.w, rows));

@@ -89,7 +89,10 @@ impl FragmentShader for Fragment {
             let cos = Lanes::max(-n.dot(incident.direction), zero);
             let mut lit = one;
             if self.shadows.straight {
-                let (uv, depth, inside) = light.on_straight_map(off);
+                // The depth is that of a point off the surface, so that the surface does not shadow itself, at the place of the point itself: seen from a lamp,
+                // the point off it lies further out on all sides, and shadows would be too small.
+                let (uv, _, inside) = light.on_straight_map(p);
+                let (_, depth, _) = light.on_straight_map(off);
                 lit = L::select(inside, sample_compare(straight_map, &sampler, uv, 0, depth), one);
             }
             let mut arriving = incident.irradiance;
@@ -100,7 +103,8 @@ impl FragmentShader for Fragment {
         }
         let mut visibility = one;
         if self.shadows.refracted && beyond.any() {
-            let (uv, depth) = light.on_refracted_map(p + n * light.refracted_texel(p, refracted_map.level_size(0).0));
+            let (uv, _) = light.on_refracted_map(p);
+            let (_, depth) = light.on_refracted_map(p + n * light.refracted_texel(p, refracted_map.level_size(0).0));
             visibility = sample_compare(refracted_map, &sampler, uv, 0, depth);
         }
         let visibility = L::select(beyond, visibility, zero);

@@ -50,10 +50,12 @@ fn fs(@builtin(position) position: vec4<f32>) -> Targets {
     let near = !beyond_water || (light.water.x < 0.0 && !passes_surface(p));
     if exists && near {
         let incident = light_at(light, p);
-        let at = on_straight_map(light, p + n * straight_texel(light, p, textureDimensions(straight_map).x));
+        // The depth is that of a point off the surface, at the place of the point itself.
+        let at = on_straight_map(light, p);
+        let depth = on_straight_map(light, p + n * straight_texel(light, p, textureDimensions(straight_map).x)).z;
         var lit = 1.0;
         if straight_shadows && at.w > 0.0 {
-            lit = textureSampleCompareLevel(straight_map, compare, at.xy, at.z);
+            lit = textureSampleCompareLevel(straight_map, compare, at.xy, depth);
         }
         var arriving = incident.irradiance;
         if light.water.x < 0.0 {
@@ -63,8 +65,9 @@ fn fs(@builtin(position) position: vec4<f32>) -> Targets {
     }
     var visibility = select(0.0, 1.0, exists && beyond_water);
     if refracted_shadows && exists && beyond_water {
-        let at = on_refracted_map(light, p + n * refracted_texel(light, p, textureDimensions(refracted_map).x));
-        visibility = textureSampleCompareLevel(refracted_map, compare, at.xy, at.z);
+        let at = on_refracted_map(light, p);
+        let depth = on_refracted_map(light, p + n * refracted_texel(light, p, textureDimensions(refracted_map).x)).z;
+        visibility = textureSampleCompareLevel(refracted_map, compare, at.xy, depth);
     }
     return Targets(vec4<f32>(direct, 1.0), vec4<f32>(visibility, 0.0, 0.0, 1.0));
 }

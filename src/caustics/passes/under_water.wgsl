@@ -1,8 +1,13 @@
+// Whether a point is above or below the water's rectangle.
+fn in_extent(camera: CameraUniform, p_ws: vec3<f32>) -> bool {
+    let e = camera.extent;
+    return p_ws.x >= e.x && p_ws.x <= e.z && p_ws.z >= e.y && p_ws.z <= e.w;
+}
+
 // Whether a point is in the body of water: the twin of `CameraUniform::under_water`.
 
 fn under_water(camera: CameraUniform, heights: texture_2d<f32>, p_ws: vec3<f32>) -> bool {
-    let e = camera.extent;
-    let inside = p_ws.x >= e.x && p_ws.x <= e.z && p_ws.z >= e.y && p_ws.z <= e.w;
+    let inside = in_extent(camera, p_ws);
     let last = vec2<f32>(textureDimensions(heights)) - 1.0;
     let place = clamp((p_ws.xz - camera.grid.xy) * camera.grid.zw, vec2<f32>(0.0), last);
     let corner = min(floor(place), max(last - 1.0, vec2<f32>(0.0)));

@@ -16,7 +16,9 @@ pub enum SplattingError {
         of: &'static str,
     },
     /// More exact photons than are kept at once.
-    #[error("`splatting.photons` is {seen}; with `splatting.intersection` exact, which is the default with mirrors or glass, at most {most} are allowed")]
+    #[error(
+        "`splatting.photons` is {seen}; with `splatting.intersection` exact, which is the default with mirrors or glass, at most {most} are allowed"
+    )]
     TooManyExact {
         /// Photons along a side.
         seen: u32,

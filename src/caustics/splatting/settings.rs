@@ -145,7 +145,7 @@ impl Splatting {
     pub fn decided(&self, scene: &Scene) -> Self {
         let specular = scene.objects.iter().any(|object| !matches!(object.material, Material::Diffuse { .. }));
         let by_scene = if specular { Intersection::Exact } else { Intersection::Image };
-        Self { intersection: if self.intersection == Intersection::Auto { by_scene } else { self.intersection }, ..self.clone() }
+        Self { intersection: if self.intersection == Intersection::Auto { by_scene } else { self.intersection }, ..*self }
     }
 
     /// Whether splats by the lens are those of the differentials of rays.
