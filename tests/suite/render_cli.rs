@@ -165,7 +165,7 @@ fn the_default_technique_follows_the_scene_and_what_is_not_drawn_is_said() {
         (serde_json::from_slice(&output.stdout).expect("JSON"), String::from_utf8(output.stderr).expect("text"))
     };
     let (json, said) = report(&size);
-    assert_eq!((json["technique"].as_str(), &json["not_drawn"], said.as_str()), (Some("light-volumes"), &serde_json::json!([]), ""));
+    assert_eq!((json["technique"].as_str(), &json["not_drawn"], said.as_str()), (Some("splatting"), &serde_json::json!([]), ""));
     let red = |name: &str| {
         let layers = image::read(&folder.path().join(name)).expect("a picture").layers;
         layers.get("caustic_irradiance").expect("the layer").planes()[0].pixels().iter().copied().fold(0.0, f32::max)

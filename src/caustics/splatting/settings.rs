@@ -41,7 +41,7 @@ choices! {
 choices! {
     /// How photons meet surfaces.
     pub enum Intersection {
-        /// `Exact` in scenes with mirrors or glass, whose light takes ways that pictures do not hold; `Image` in others.
+        /// `Exact` in scenes with mirrors or glass and no water, whose light takes ways that pictures do not hold; `Image` in others.
         Auto,
         /// In the pictures that the light sees: one reflection, or one refraction into and one out of a body.
         Image,
@@ -143,7 +143,7 @@ impl Splatting {
     /// These settings for a scene, with [`Intersection::Auto`] decided.
     #[must_use]
     pub fn decided(&self, scene: &Scene) -> Self {
-        let specular = scene.objects.iter().any(|object| !matches!(object.material, Material::Diffuse { .. }));
+        let specular = scene.water.is_none() && scene.objects.iter().any(|object| !matches!(object.material, Material::Diffuse { .. }));
         let by_scene = if specular { Intersection::Exact } else { Intersection::Image };
         Self { intersection: if self.intersection == Intersection::Auto { by_scene } else { self.intersection }, ..*self }
     }
