@@ -126,7 +126,8 @@ fn frame_of_many_draws() -> Frame {
     let mut frame = Renderer::new(&scene, &options).expect("a renderer").build(&scene).expect("a frame").frame;
     let draws = &mut frame.passes.iter_mut().find(|pass| pass.label == "light_volumes 0").expect("a pass").draws;
     // Two draws for each beam.
-    draws.rotate_left(draws.len() / 4 * 2);
+    let half = draws.len() / 4 * 2;
+    draws.rotate_left(half);
     frame
 }
 
