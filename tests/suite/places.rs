@@ -122,6 +122,8 @@ fn the_same_picture_at_every_scale() {
                 // Photons and beams beside an edge of glass may take another way.
                 let same = match (name, technique) {
                     (_, "caustic-volumes") | ("sun" | "lamp" | "lamp in the water", "light-volumes") => 1e-5,
+                    // Exact photons meet up to 64 surfaces: near an edge of one of them the last place decides.
+                    ("glass", "splatting") => 6e-3,
                     ("glass", _) => 2e-3,
                     _ => 1e-4,
                 };
