@@ -144,20 +144,11 @@ fn frames_of_many_draws_are_compared_to_the_last_draw() {
             let compared: u64 = report.vertices.iter().filter(|v| v.pass == "light_volumes 0").map(|v| v.draws).sum();
             assert_eq!(compared, if mode == Mode::FreeRunning { draws.len() as u64 / 2 } else { 0 });
         }
-        // Half as much light again in the beam of the last draws: its vertices are where they were, and carry more light.
+        // The first ray of the beam of the last draws leans: that moves its vertices.
         let last = draws[draws.len() - 1].dynamic_offset as usize;
         let mut bad = good.clone();
         let slots = bad.buffers.iter_mut().find(|b| b.label == "beam slots 0").expect("the beams");
         let mut bytes = slots.data.bytes().to_vec();
-        let beam: &mut Beam = bytemuck::from_bytes_mut(&mut bytes[last..last + size_of::<Beam>()]);
-        beam.flux *= 1.5;
-        slots.data = Arc::new(Buffer::from_slice(&bytes));
-        let (_, located) = compare_as("light-volumes", &gpu, &good, &bad, Mode::FreeRunning);
-        let located = located.expect("a place");
-        assert_eq!(located.pass, "light_volumes 0", "{title}: {located:?}");
-        assert_eq!(located.draw.expect("a draw").0, draws.len() - 1, "{title}");
-        // Its first ray leans: that moves vertices, too.
-        let slots = bad.buffers.iter_mut().find(|b| b.label == "beam slots 0").expect("the beams");
         let beam: &mut Beam = bytemuck::from_bytes_mut(&mut bytes[last..last + size_of::<Beam>()]);
         beam.d[0].x += 0.5;
         slots.data = Arc::new(Buffer::from_slice(&bytes));
