@@ -90,9 +90,16 @@ impl CameraUniform {
 
     /// Lanes whose point is above or below the water's rectangle.
     #[inline(always)]
-    pub fn in_extent<L: Lanes>(&self, p_ws: V3<L>) -> L::Mask {
+    fn in_extent<L: Lanes>(&self, p_ws: V3<L>) -> L::Mask {
         let e = self.extent;
         p_ws.x.ge(p_ws.x.like(e.x)) & p_ws.x.le(p_ws.x.like(e.z)) & p_ws.z.ge(p_ws.z.like(e.y)) & p_ws.z.le(p_ws.z.like(e.w))
+    }
+
+    /// Lanes whose point is beside the water's rectangle and lower than all of its surface. Light that leaves the rectangle below the surface stays in water,
+    /// so this is where it may land. Lower by a thousandth of the depth, so that a deck that lies at the water's level is not.
+    #[inline(always)]
+    pub fn is_beside_and_lower<L: Lanes>(&self, p_ws: V3<L>) -> L::Mask {
+        !self.in_extent(p_ws) & p_ws.y.lt(p_ws.x.like(self.water.x - 1.0e-3 * self.level.y))
     }
 
     /// Lanes whose point is in the body of water: inside its extent and below the surface there. `heights` is the texture of the surface's heights.

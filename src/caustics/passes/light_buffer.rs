@@ -266,9 +266,7 @@ impl FragmentShader for OneSide {
     fn fragment<L: Lanes>(&self, bindings: &Bindings<'_>, input: &FragmentInput<'_, L>, output: &mut FragmentOutput<L>) {
         let camera: &CameraUniform = bindings.uniform(3);
         let position: V3<L> = input.varying3(0);
-        // Light that leaves the water's rectangle below the surface stays in water: what is there and low is on the wet side, too.
-        let wet = camera.under_water(bindings.texture(4), position)
-            | (!camera.in_extent(position) & position.y.lt(position.x.like(camera.level.x)));
+        let wet = camera.under_water(bindings.texture(4), position) | camera.is_beside_and_lower(position);
         output.keep = if self.wet { wet } else { !wet };
         Fragment::<false>.fragment(bindings, input, output);
     }

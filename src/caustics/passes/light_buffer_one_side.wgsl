@@ -27,9 +27,7 @@ fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
 
 @fragment
 fn fs(in: Varyings) -> Targets {
-    // Light that leaves the water's rectangle below the surface stays in water: what is there and low is on the wet side, too.
-    let beside = !in_extent(camera, in.position_ws) && in.position_ws.y < camera.level.x;
-    if (under_water(camera, heights, in.position_ws) || beside) != wet {
+    if (under_water(camera, heights, in.position_ws) || is_beside_and_lower(camera, in.position_ws)) != wet {
         discard;
     }
     let lit = lit_at(in.position_ws, in.normal_ws.xyz);

@@ -4,6 +4,11 @@ fn in_extent(camera: CameraUniform, p_ws: vec3<f32>) -> bool {
     return p_ws.x >= e.x && p_ws.x <= e.z && p_ws.z >= e.y && p_ws.z <= e.w;
 }
 
+// Whether a point is beside the water's rectangle and lower than all of its surface: the twin of `CameraUniform::is_beside_and_lower`.
+fn is_beside_and_lower(camera: CameraUniform, p_ws: vec3<f32>) -> bool {
+    return !in_extent(camera, p_ws) && p_ws.y < camera.water.x - 1.0e-3 * camera.level.y;
+}
+
 // Whether a point is in the body of water: the twin of `CameraUniform::under_water`.
 
 fn under_water(camera: CameraUniform, heights: texture_2d<f32>, p_ws: vec3<f32>) -> bool {
