@@ -93,8 +93,8 @@ pub const ACCUMULATED: Bound = Bound::new("accumulated", 1.0e-5, [20.0, 5.0], 1.
 pub const COUNTED: Bound = Bound::new("counted", 0.0, [20.0, 20.0], ANOTHER_SURFACE, 1.0e-4);
 
 /// Results of following refracted rays through the picture: at jumps in depth, the last place of a direction decides which surface is hit. Near grazing and total
-/// reflection a direction has fewer exact places: that is what is left, and is small.
-pub const SEARCHED: Bound = Bound::new("searched", 1.0e-4, [12000.0, 300.0], 0.2, 1.0e-4);
+/// reflection a direction has fewer exact places: that is what is left.
+pub const SEARCHED: Bound = Bound::new("searched", 1.0e-4, [12000.0, 300.0], 0.5, 1.0e-4);
 
 /// Light of beams whose vertices are the driver's own: their edges move.
 pub const OWN_BEAMS: Bound = Bound::new("own-beams", 5.0e-4, [4000.0, 100.0], ANOTHER_SURFACE, 5.0e-3);
