@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use glam::Vec2;
 use nephroid::caustics::beams::Beam;
 use nephroid::caustics::{RenderOptions, Renderer};
-use nephroid::frame::{DepthStencilAttachment, Frame};
+use nephroid::frame::{DepthStencilAttachment, Draw, Frame};
 use nephroid::gpu::Family;
 use nephroid::gpu::conformance::program::Vertex;
 use nephroid::gpu::crosscheck::{AttachmentReport, Bound, DRIFT, Mode, PassBounds, crosscheck};
@@ -124,10 +125,30 @@ fn frame_of_many_draws() -> Frame {
     scene.set("light_volumes.shadow_map_size", "64").expect("a small map");
     let options = RenderOptions { technique: "light-volumes".into(), ..RenderOptions::default() };
     let mut frame = Renderer::new(&scene, &options).expect("a renderer").build(&scene).expect("a frame").frame;
-    let draws = &mut frame.passes.iter_mut().find(|pass| pass.label == "light_volumes 0").expect("a pass").draws;
-    // Two draws for each beam.
-    let half = draws.len() / 4 * 2;
-    draws.rotate_left(half);
+    let pass = frame.passes.iter_mut().find(|pass| pass.label == "light_volumes 0").expect("a pass");
+    let draws = &mut pass.draws;
+    // Two draws for each beam. Of every sixteenth beam, the one that holds a pixel's middle most deeply comes last: the ramp's height there is −5.0498625 m less z.
+    const EVERY: usize = 16;
+    let slots = frame.buffers.iter().find(|b| b.label == "beam slots 0").expect("the beams").data.bytes();
+    let depth = |draw: &Draw| {
+        let at = draw.dynamic_offset as usize;
+        let beam: Beam = bytemuck::pod_read_unaligned(&slots[at..at + size_of::<Beam>()]);
+        let middle = |pixel: u32| (pixel as f32 + 0.5) * (2.0 / SIZE as f32) - 1.0;
+        let inside = |pixel: u32| {
+            let (x, z) = (middle(pixel % SIZE), middle(pixel / SIZE));
+            let section = beam.section(-5.049_862_5 - z).map(|at| Vec2::new(at.x, at.y));
+            let turn = (section[1] - section[0]).perp_dot(section[2] - section[0]).signum();
+            let distance = |k: usize| {
+                let (from, to) = (section[k], section[(k + 1) % 3]);
+                (to - from).normalize_or_zero().perp_dot(Vec2::new(x, z) - from) * turn
+            };
+            distance(0).min(distance(1)).min(distance(2))
+        };
+        (0..SIZE * SIZE).map(inside).fold(f32::NEG_INFINITY, f32::max)
+    };
+    let depths: Vec<f32> = draws.iter().step_by(2 * EVERY).map(depth).collect();
+    let deepest = (0..depths.len()).max_by(|&a, &b| depths[a].total_cmp(&depths[b])).expect("a beam");
+    draws.rotate_left(2 * EVERY * deepest + 2);
     frame
 }
 
@@ -144,11 +165,20 @@ fn frames_of_many_draws_are_compared_to_the_last_draw() {
             let compared: u64 = report.vertices.iter().filter(|v| v.pass == "light_volumes 0").map(|v| v.draws).sum();
             assert_eq!(compared, if mode == Mode::FreeRunning { draws.len() as u64 / 2 } else { 0 });
         }
-        // The first ray of the beam of the last draws leans: that moves its vertices.
+        // Half as much light again in the beam of the last draws: its vertices are where they were, and carry more light.
         let last = draws[draws.len() - 1].dynamic_offset as usize;
         let mut bad = good.clone();
         let slots = bad.buffers.iter_mut().find(|b| b.label == "beam slots 0").expect("the beams");
         let mut bytes = slots.data.bytes().to_vec();
+        let beam: &mut Beam = bytemuck::from_bytes_mut(&mut bytes[last..last + size_of::<Beam>()]);
+        beam.flux *= 1.5;
+        slots.data = Arc::new(Buffer::from_slice(&bytes));
+        let (_, located) = compare_as("light-volumes", &gpu, &good, &bad, Mode::FreeRunning);
+        let located = located.expect("a place");
+        assert_eq!(located.pass, "light_volumes 0", "{title}: {located:?}");
+        assert_eq!(located.draw.expect("a draw").0, draws.len() - 1, "{title}");
+        // Its first ray leans: that moves vertices, too.
+        let slots = bad.buffers.iter_mut().find(|b| b.label == "beam slots 0").expect("the beams");
         let beam: &mut Beam = bytemuck::from_bytes_mut(&mut bytes[last..last + size_of::<Beam>()]);
         beam.d[0].x += 0.5;
         slots.data = Arc::new(Buffer::from_slice(&bytes));

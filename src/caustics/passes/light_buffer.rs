@@ -187,7 +187,7 @@ pub fn program(bent: bool) -> Arc<Program> {
     Arc::new(Program {
         varyings,
         bindings: BINDINGS[..3].to_vec(),
-        wgsl: Some(sources!("light_buffer_plain.wgsl")),
+        wgsl: Some(sources!("light_buffer_plain.wgsl", "light_buffer_both_sides.wgsl")),
         ..Program::new("light_buffer", Vertex::<false>, Fragment::<false>)
     })
 }
@@ -198,7 +198,7 @@ pub fn one_side_program(wet: bool) -> Arc<Program> {
     Arc::new(Program {
         bindings: ONE_SIDE_BINDINGS.to_vec(),
         may_discard: true,
-        wgsl: Some(sources!("camera.wgsl", "under_water.wgsl", "light_buffer_one_side.wgsl")),
+        wgsl: Some(sources!("camera.wgsl", "under_water.wgsl", "light_buffer_plain.wgsl", "light_buffer_one_side.wgsl")),
         wgsl_constants: vec![("wet", f64::from(u8::from(wet)))],
         varyings: program(false).varyings.clone(),
         ..Program::new("one_side_light_buffer", Vertex::<false>, OneSide { wet })

@@ -1,4 +1,4 @@
-// Vertices without shape operators.
+// Vertices without shape operators; `light_buffer_both_sides.wgsl` and `light_buffer_one_side.wgsl` have the fragment stages.
 
 struct Varyings {
     @builtin(position) position: vec4<f32>,
@@ -20,8 +20,7 @@ fn vs(@builtin(vertex_index) vertex_index: u32) -> Varyings {
     return Varyings(clip, vertex.position_ws.xyz, vertex.normal_ws);
 }
 
-@fragment
-fn fs(in: Varyings) -> Targets {
+fn targets_at(in: Varyings) -> Targets {
     let lit = lit_at(in.position_ws, in.normal_ws.xyz);
     let curvature = in.normal_ws.w * lit.turned;
     return Targets(vec4<f32>(in.position_ws, 1.0), vec4<f32>(lit.normal, surface.optics.x), lit.material, curvature);
