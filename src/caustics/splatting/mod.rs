@@ -53,7 +53,7 @@ mod views;
 pub use error::SplattingError;
 pub use settings::{Blend, CurvatureFrom, Gather, Intersection, Lens, Search, Splats, Splatting, Views};
 
-use nephroid_image::metrics::bounds::{ACCUMULATED, ANOTHER_SURFACE, Bound, LOOKED_UP, PassBounds, SEARCHED, SHADED, VERTEX};
+use nephroid_image::metrics::bounds::{ANOTHER_SURFACE, Bound, LOOKED_UP, PassBounds, SEARCHED, SHADED, VERTEX};
 use nephroid_pipeline::Device;
 use nephroid_scene::water::{HeightField, WaterSim};
 use nephroid_scene::{Group, Part, Scene, Settings};
@@ -71,6 +71,9 @@ use splats::SplatsUniform;
 /// Vertices that hold differences of nearly equal numbers: a part of a Jacobian that cancels to zero has no exact places, and its error is relative to
 /// those of other photons. Where light passes undeviated, whole parts are nothing but rounding errors. What is drawn with them has bounds of its own.
 const DIFFERENCED: Bound = Bound::new("differenced-vertex", 1.0e-2, [200_000.0, 200_000.0], 0.5, 0.0);
+
+/// Sums of splats with equal vertices: at the edge of a splat, where its weight falls to nothing, the last place of a coordinate decides what is added.
+const SPLATTED: Bound = Bound::new("splatted", 1.0e-5, [1000.0, 5.0], 1.0e-2, 1.0e-6);
 
 /// Splats whose vertices are the driver's own: one that ends elsewhere takes pixels along its edge with it.
 const OWN_SPLATS: Bound = Bound::new("own-splats", 5.0e-4, [1000.0, 50.0], ANOTHER_SURFACE, 1.0e-4);
@@ -110,7 +113,7 @@ impl Technique for SplattingTechnique {
                     ("", SEARCHED, SEARCHED),
                 ],
             },
-            PassBounds { pass: "splats", vertices: DIFFERENCED, textures: &[("", ACCUMULATED, OWN_SPLATS)] },
+            PassBounds { pass: "splats", vertices: DIFFERENCED, textures: &[("", SPLATTED, OWN_SPLATS)] },
             PassBounds { pass: "resolve", vertices: VERTEX, textures: &[("", SHADED, SHADED)] },
             PassBounds { pass: "gather", vertices: VERTEX, textures: &[("", LOOKED_UP, LOOKED_UP)] },
         ]
