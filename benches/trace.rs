@@ -68,6 +68,49 @@ fn rate(name: &str, mut scene: Scene, camera: bool) {
     println!("| {name} | {:.1} M/s | {:.2} | {:.1} s |", median(rates) * 1.0e-6, audit.events as f64 / audit.photons as f64, set_up);
 }
 
+/// A ball of glass in smoke, lit by a spot.
+const BALL_IN_SMOKE: &str = "(
+    image: (width: 320, height: 240),
+    camera: Perspective(position: (0, 0.9, 3.2), target: (0, 0.6, 0), fov_deg: 40),
+    lights: [Spot(position: (-1.2, 2.6, 0.4), direction: (1.2, -1.9, -0.4), intensity: (60, 60, 60), inner_deg: 10, outer_deg: 14)],
+    smoke: (min: (-1.2, 0.01, -1), max: (1.2, 1.6, 1), sigma_s: (0.3, 0.3, 0.3), g: 0.3),
+    objects: [
+        (shape: Grid(size_m: (4, 4))),
+        (shape: UvSphere(radius_m: 0.25, slices: 128, stacks: 64), transform: (translate: (0, 0.7, 0)), material: Dielectric(ior: 1.5)),
+    ],
+)";
+
+/// The pool from its own camera or to a diver.
+fn pool_with_godrays(fov_of_diver: Option<&str>) -> Scene {
+    let mut scene = load("scenes/pool.ron");
+    let mut set = |key: &str, value: &str| scene.set(key, value).expect("the setting exists");
+    set("image.width", "320");
+    set("image.height", "180");
+    if let Some(fov) = fov_of_diver {
+        set("camera.position", "2.6,-0.5,1.4");
+        set("camera.target", "-1,-0.9,-0.5");
+        set("camera.fov_deg", fov);
+    }
+    scene
+}
+
+/// What light in media costs: seconds of a batch, its noise, and the seconds that a noise of 1 % takes.
+fn media(name: &str, scene: &Scene) {
+    if !wanted(name) {
+        return;
+    }
+    let options = TraceOptions { volume: true, ..TraceOptions::default() };
+    let mut tracer = Tracer::new(scene, &options).expect("the scene can be traced");
+    let start = Instant::now();
+    while tracer.batches() < 4 || start.elapsed().as_secs_f64() < 10.0 {
+        tracer.run_batch();
+    }
+    let (seconds, batches) = (start.elapsed().as_secs_f64(), tracer.batches() as f64);
+    let noise = tracer.noises().into_iter().find(|(layer, _)| *layer == "godrays").map_or(f64::INFINITY, |(_, noise)| noise);
+    let one_percent = seconds * (noise / 0.01) * (noise / 0.01);
+    println!("| {name} | {:.2} s | {:.2} % | {one_percent:.1} s |", seconds / batches, noise * batches.sqrt() * 100.0);
+}
+
 fn main() {
     if std::env::args().any(|argument| argument == "curve") {
         curve();
@@ -96,6 +139,16 @@ fn main() {
     rate("pool, exact surface, onto a plane", pool(None), false);
     rate("glass ball of 99,852 triangles, onto a plane", glass(true), false);
     rate("glass knot of 98,304 triangles, onto a plane", glass(false), false);
+    println!("\n| light in media | batch | noise of a batch | time for a noise of 1 % |\n|---|---|---|---|");
+    media("media: pool from its deck, 320x180 pixels", &pool_with_godrays(None));
+    media("media: pool to a diver, 60°, 320x180 pixels", &pool_with_godrays(Some("60")));
+    media("media: pool to a diver, 13.5°, 320x180 pixels", &pool_with_godrays(Some("13.5")));
+    let ball = nephroid::scene::parse(BALL_IN_SMOKE, "ball in smoke", Path::new(""), &[]).expect("the scene is valid");
+    media("media: ball of glass in smoke, 320x240 pixels", &ball);
+    let cloud = BALL_IN_SMOKE
+        .replace("g: 0.3)", "g: 0.3, density: Noise(scale_m: 0.5, octaves: 3, threshold: -0.3, cells: (32, 24, 32), seed: 2))");
+    let cloud = nephroid::scene::parse(&cloud, "ball in a cloud", Path::new(""), &[]).expect("the scene is valid");
+    media("media: ball of glass in a cloud, 320x240 pixels", &cloud);
 }
 
 /// Grids of the curve: columns, with rows in proportion.

@@ -15,6 +15,7 @@ mod files;
 mod interrupt;
 mod list;
 mod output;
+mod pace;
 mod progress;
 mod render;
 mod renderer;

@@ -5,15 +5,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
 use serde::Serialize;
 
 use crate::caustics::Techniques;
 use crate::cli::args::{self, ImageSize, SettingArgument};
 use crate::cli::files::{self, Format, Output};
+use crate::cli::pace::{Next, Pace};
 use crate::cli::progress::Progress;
 use crate::cli::{Outcome, interrupt, output, renderer};
 use crate::image::{Layer, LayerSet, ToneMap, file, openexr, png};
+use crate::report::number;
 use crate::trace::{Measured, TraceOptions, Tracer};
 
 /// Photons if no option says when to stop.
@@ -22,6 +24,9 @@ const DEFAULT_PHOTONS: u64 = 50_000_000;
 /// Time between checks of the noise, and between savings of the state.
 const LOOK: Duration = Duration::from_secs(1);
 const KEEP: Duration = Duration::from_secs(60);
+
+/// Seconds that it takes to write the results of a pixel, about.
+const WRITING_S: f64 = 0.6e-6;
 
 /// Share of the lit pixels that the picture shows without compression.
 const EXPOSED: f64 = 0.98;
@@ -36,11 +41,12 @@ pub struct LowArgs {
     #[arg(long, value_name = "N", value_parser = args::large_count)]
     photons: Option<u64>,
 
-    /// Stop after this many seconds; where, depends on the machine
+    /// Stop after this many seconds, kept within a tenth; how many photons that is, depends on the machine
     #[arg(long, value_name = "SECONDS", value_parser = args::time_limit)]
     time_limit: Option<f64>,
 
-    /// Stop when the noise is below this: root mean square of the pixels' standard errors over the mean irradiance
+    /// Stop when the noise is below this: root mean square of the pixels' standard errors over the mean irradiance, and with --volume
+    /// likewise that of light scattered in media
     #[arg(long, value_name = "SHARE", value_parser = args::share)]
     error: Option<f64>,
 
@@ -48,7 +54,8 @@ pub struct LowArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u32,
 
-    /// Also measure the light that media scatter towards the camera: the layer `godrays`
+    /// Also measure the light that media scatter once towards the camera: the layers `godrays`, and `direct_godrays` for light that met
+    /// neither water nor mirrors nor glass
     #[arg(long)]
     volume: bool,
 
@@ -131,7 +138,8 @@ struct Report {
     photons: u64,
     batches: u64,
     seed: u32,
-    noise: f64,
+    photons_per_s: f64,
+    noise: serde_json::Map<String, serde_json::Value>,
     energy_w: serde_json::Map<String, serde_json::Value>,
     imbalance: f64,
     counters: serde_json::Map<String, serde_json::Value>,
@@ -161,7 +169,19 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
             .with_context(|| format!("cannot read {}, which an interrupted run would have left", args.state.display()))?;
         tracer.restore(&bytes).with_context(|| format!("cannot go on from {}", args.state.display()))?;
     }
-    let finished = pool.install(|| trace(args, &mut tracer, start))?;
+    let begun = (Instant::now(), tracer.photons());
+    let end = pool.install(|| trace(args, &mut tracer, start))?;
+    let photons_per_s = (tracer.photons() - begun.1) as f64 / begun.0.elapsed().as_secs_f64();
+    let finished = match end {
+        End::Finished => true,
+        End::Interrupted => false,
+        End::TooShort => bail!(
+            "--time-limit {} is too short: the noise is known after two batches, and {} done; --resume goes on from there, a smaller --size makes \
+             batches shorter",
+            low.time_limit.unwrap_or_default(),
+            if tracer.batches() == 1 { "one was" } else { "none was" },
+        ),
+    };
     pool.install(|| -> anyhow::Result<()> {
         let layers = layers(&tracer)?;
         for output in &args.outputs {
@@ -181,31 +201,50 @@ pub fn run(args: &HiArgs) -> anyhow::Result<Outcome> {
     let seconds = start.elapsed().as_secs_f64();
     renderer::warn_of_turned(&low.scene, tracer.turned_bodies());
     if low.json {
-        output::json(&report(args, &tracer, finished, seconds))?;
+        output::json(&report(args, &tracer, finished, (photons_per_s, seconds)))?;
     } else {
-        output::text(&summary(args, &tracer, finished, seconds))?;
+        output::text(&summary(args, &tracer, finished, (photons_per_s, seconds)))?;
     }
     Ok(if finished { Outcome::Done } else { Outcome::Interrupted })
 }
 
-/// Traces batches until a stop condition holds. Returns false if an interrupt came first. The state is saved every minute and at an interrupt.
-fn trace(args: &HiArgs, tracer: &mut Tracer, start: Instant) -> anyhow::Result<bool> {
+/// How a run ends.
+enum End {
+    Finished,
+    Interrupted,
+    /// There was no time for two batches.
+    TooShort,
+}
+
+/// Traces batches until a stop condition holds. The state is saved every minute, and if an interrupt or the time limit comes too early.
+fn trace(args: &HiArgs, tracer: &mut Tracer, start: Instant) -> anyhow::Result<End> {
     let progress = Progress::new(if args.photons == u64::MAX { 0 } else { args.photons / 1000 });
-    let limit = args.low.time_limit.map(Duration::from_secs_f64);
+    let pixels = tracer.scene().image.width as f64 * f64::from(tracer.scene().image.height);
+    let pace = Pace::new(args.low.time_limit, pixels * WRITING_S);
     let (mut looked, mut kept) = (start, Instant::now());
+    let mut last = Duration::ZERO;
     let keep = |tracer: &Tracer| {
         interrupt::uninterrupted(|| file::write_atomically(&args.state, &tracer.state())).context("cannot keep the state of the run")
     };
     // Standard errors are known from the second batch on.
     while tracer.photons() < args.photons || tracer.batches() < 2 {
-        if interrupt::is_asked() {
-            keep(tracer)?;
-            return Ok(false);
+        match pace.next(start.elapsed(), tracer.batches(), last) {
+            Next::Batch => {}
+            Next::Enough => break,
+            Next::TooShort => {
+                keep(tracer)?;
+                return Ok(End::TooShort);
+            }
         }
-        if limit.is_some_and(|limit| start.elapsed() >= limit) {
-            break;
+        let begun = Instant::now();
+        if !tracer.run_batch_until(&|| interrupt::is_asked() || pace.is_over(start.elapsed())) {
+            if interrupt::is_asked() {
+                keep(tracer)?;
+                return Ok(End::Interrupted);
+            }
+            continue;
         }
-        tracer.run_batch();
+        last = begun.elapsed();
         progress.reach(tracer.photons() / 1000);
         if looked.elapsed() >= LOOK || args.low.error.is_some() && tracer.batches().is_power_of_two() {
             let noise = tracer.noise();
@@ -220,7 +259,7 @@ fn trace(args: &HiArgs, tracer: &mut Tracer, start: Instant) -> anyhow::Result<b
             kept = Instant::now();
         }
     }
-    Ok(true)
+    Ok(End::Finished)
 }
 
 /// The measurements as layers: means, and standard errors under the same names with `_error`.
@@ -240,6 +279,8 @@ fn layers(tracer: &Tracer) -> anyhow::Result<LayerSet> {
     };
     push("caustic_irradiance", tracer.pixels())?;
     push("godrays", tracer.volume())?;
+    push("direct_irradiance", tracer.direct())?;
+    push("direct_godrays", tracer.direct_volume())?;
     push("plane", tracer.plane())?;
     if let Some(points) = tracer.pixel_points() {
         let (columns, rows) = (tracer.scene().image.width, tracer.scene().image.height);
@@ -277,7 +318,7 @@ fn exposure(picture: &Layer) -> ToneMap {
     ToneMap::with_stops(libm::log2f(0.8 / value))
 }
 
-fn report(args: &HiArgs, tracer: &Tracer, finished: bool, seconds: f64) -> Report {
+fn report(args: &HiArgs, tracer: &Tracer, finished: bool, (photons_per_s, seconds): (f64, f64)) -> Report {
     let audit = tracer.audit();
     Report {
         scene: args.low.scene.display().to_string(),
@@ -287,7 +328,8 @@ fn report(args: &HiArgs, tracer: &Tracer, finished: bool, seconds: f64) -> Repor
         photons: tracer.photons(),
         batches: tracer.batches(),
         seed: tracer.seed(),
-        noise: tracer.noise(),
+        photons_per_s,
+        noise: tracer.noises().into_iter().map(|(name, noise)| (name.to_owned(), noise.into())).collect(),
         energy_w: audit.watts(tracer.batches()).into_iter().map(|(name, watts)| (name.to_owned(), watts.into())).collect(),
         imbalance: audit.imbalance(),
         counters: counters(tracer).into_iter().map(|(name, count)| (name.to_owned(), count.into())).collect(),
@@ -302,17 +344,19 @@ fn counters(tracer: &Tracer) -> Vec<(&'static str, u64)> {
     counts
 }
 
-fn summary(args: &HiArgs, tracer: &Tracer, finished: bool, seconds: f64) -> String {
+fn summary(args: &HiArgs, tracer: &Tracer, finished: bool, (photons_per_s, seconds): (f64, f64)) -> String {
     let mut text = String::new();
+    let (scene, photons, rate) = (args.low.scene.display(), tracer.photons(), number(photons_per_s, 3));
     // Writing to a string cannot fail.
-    let _ =
-        writeln!(text, "{}: {} photons, noise {:.3} %, {seconds:.2} s", args.low.scene.display(), tracer.photons(), tracer.noise() * 100.0);
+    let _ = writeln!(text, "{scene}: {photons} photons, {rate} photons/s, {seconds:.2} s");
     if !finished {
         let _ = writeln!(text, "interrupted; the same command with --resume goes on");
     }
     for output in &args.outputs {
         let _ = writeln!(text, "  {}", output.path.display());
     }
+    let noises: Vec<_> = tracer.noises().into_iter().map(|(name, noise)| (name, format!("{:.3} %", noise * 100.0))).collect();
+    text.push_str(&output::section("noise", &noises));
     let watts: Vec<_> = tracer.audit().watts(tracer.batches()).into_iter().map(|(name, watts)| (name, format!("{watts:.6} W"))).collect();
     text.push_str(&output::section("energy", &watts));
     let counts: Vec<_> = counters(tracer).into_iter().map(|(name, count)| (name, count.to_string())).collect();

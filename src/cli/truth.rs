@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::trace::{Measured, Points, TraceOptions, Tracer};
 
 /// Layers that are compared, and layers that locate their points.
-pub const LAYERS: [&str; 4] = ["caustic_irradiance", "position", "normal", "depth"];
+pub const LAYERS: [&str; 5] = ["caustic_irradiance", "direct", "position", "normal", "depth"];
 
 /// The ground truth at the points of one technique's picture.
 pub struct Truth {
@@ -18,6 +18,8 @@ pub struct Truth {
     pub points: Points,
     /// Irradiance there, W/m².
     pub irradiance: Measured,
+    /// Irradiance straight from the lights, W/m².
+    pub direct: Measured,
     /// Area that each pixel covers there, m².
     pub areas: Vec<f32>,
     /// Photons followed.
@@ -40,8 +42,9 @@ impl Truth {
             told(tracer.photons());
         }
         let irradiance = tracer.pixels().context("the ground truth has no pixels")?;
+        let direct = tracer.direct().context("the ground truth has no pixels")?;
         let areas = tracer.pixel_areas().context("the ground truth has no pixels")?.iter().map(|&area| area as f32).collect();
-        Ok(Self { points, irradiance, areas, photons: tracer.photons(), noise: tracer.noise() })
+        Ok(Self { points, irradiance, direct, areas, photons: tracer.photons(), noise: tracer.noise() })
     }
 
     /// Irradiance by pixel.
@@ -61,6 +64,16 @@ impl Truth {
     pub fn judge(&self, pair: Pair<'_>) -> Vec<Verdict> {
         let variance: Vec<[f32; 3]> = self.irradiance.standard_error.iter().map(|v| v.map(|e| (e * e) as f32)).collect();
         judge(&Judged { pair, areas_m2: Some(&self.areas), variance: Some(&variance), display: false })
+    }
+
+    /// All measures of a technique's direct light, over the pixels whose caustic is judged. The truth has no noise.
+    ///
+    /// # Errors
+    /// If the sizes differ.
+    pub fn judge_direct(&self, test: &[[f32; 3]]) -> Result<Vec<Verdict>, MetricError> {
+        let reference: Vec<[f32; 3]> = self.direct.mean.iter().map(|v| v.map(|c| c as f32)).collect();
+        let pair = self.pair(&reference, test)?;
+        Ok(judge(&Judged { pair, areas_m2: Some(&self.areas), variance: None, display: false }))
     }
 
     /// Distance in pixels between the point that a pixel shows and the point that the eye would see there.

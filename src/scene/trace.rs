@@ -18,16 +18,13 @@ pub struct TraceSettings {
     pub grid: Option<(u32, u32)>,
     /// A rectangle over which irradiance is measured, beside that of the visible points. Default: None
     pub plane: Option<MeasuringPlane>,
-    /// Width over which the light of one photon's path is spread across the view, m, above 0 and at most 1000; only scattered light
-    /// depends on it. Default: None, a three-hundredth of the size of what is lit
-    pub beam_width_m: Option<f32>,
     /// Most surfaces that one photon may meet, from 1 to 65536; what is left of it then is counted as lost. Default: 1024
     pub max_events: u32,
 }
 
 impl Default for TraceSettings {
     fn default() -> Self {
-        Self { grid: None, plane: None, beam_width_m: None, max_events: 1024 }
+        Self { grid: None, plane: None, max_events: 1024 }
     }
 }
 
@@ -90,9 +87,6 @@ impl TraceSettings {
         }
         if let Some(plane) = &self.plane {
             plane.validate(&at.field("plane"))?;
-        }
-        if let Some(width) = self.beam_width_m {
-            at.field("beam_width_m").above(width, 0.0, 1000.0, "m")?;
         }
         at.field("max_events").count(self.max_events, 1..=65536)
     }

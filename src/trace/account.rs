@@ -1,5 +1,7 @@
 //! Memory of a run, known before anything is made.
 
+use glam::Vec3;
+
 use nephroid_scene::water::WaterModel;
 use nephroid_scene::{Account, Scene};
 
@@ -14,15 +16,21 @@ const TRIANGLE_BYTES: u64 = 24 + 48 + 36 + 160;
 /// Bytes of a vertex of a water surface that has no formula: height and normal, and its height again.
 const WATER_VERTEX_BYTES: u64 = 20;
 
-/// Bytes of a pixel: what it shows, the boxes of its footprint and their tree, sums of the run and of the batch, results, layers and the file.
-const PIXEL_BYTES: u64 = 840;
+/// Bytes of a pixel: what it shows, the boxes of its footprint and their tree, sums of the run and of the batch, light straight from the lights, results,
+/// layers and the file.
+const PIXEL_BYTES: u64 = 1000;
 
 /// Bytes of a pixel's sums alone, and of a texel of the measuring plane: with results, layers and the file.
 const TEXEL_BYTES: u64 = 160;
 
-/// Bytes of a pixel's view ray, if scattered light is measured, and of the beams of a batch.
-const VIEW_BYTES: u64 = 240;
-const BEAMS_BYTES: u64 = 96 << 20;
+/// Bytes of a pixel if scattered light is measured: two pictures of sums, the sums of a round, and where its views end.
+const VIEW_BYTES: u64 = 2 * TEXEL_BYTES + 200;
+
+/// Bytes of a pixel whose views go on behind the water's surface, a quarter of which may be cut.
+const TUBE_BYTES: u64 = 5 * 330;
+
+/// Bytes of the beams of a round.
+const BEAMS_BYTES: u64 = 48 << 20;
 
 /// The memory of a run.
 #[must_use]
@@ -51,7 +59,9 @@ pub fn account(scene: &Scene, options: &TraceOptions) -> Account {
     };
     account.add("pixels", shown * PIXEL_BYTES, "image.width or image.height");
     if options.volume {
-        account.add("views through media", picture * (VIEW_BYTES + TEXEL_BYTES) + BEAMS_BYTES, "image.width or image.height");
+        let refracted = scene.water.is_some() && (scene.medium.sigma_s != Vec3::ZERO || scene.smoke.is_some());
+        let per_pixel = VIEW_BYTES + if refracted { TUBE_BYTES } else { 0 };
+        account.add("light in media", picture * per_pixel + BEAMS_BYTES, "image.width or image.height");
     }
     if let Some(plane) = &scene.trace.plane {
         account.add(

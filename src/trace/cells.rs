@@ -16,6 +16,7 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use rayon::prelude::*;
 
 use super::eye::{Eye, Seen};
+use super::tree::NONE;
 
 /// Most subdivisions of a pixel at an edge.
 const MAX_CUTS: u32 = 3;
@@ -103,7 +104,7 @@ impl Cells {
             let mut pixel = Pixel::default();
             let Some(center) = points.positions[index] else { return pixel };
             let normal = points.normals[index].normalize_or_zero();
-            pixel.seen = Some(Seen { position: center, normal, object: 0, diffuse: true });
+            pixel.seen = Some(Seen { position: center, normal, object: 0, triangle: NONE, diffuse: true });
             if column == 0 || row == 0 || column + 1 == columns || row + 1 == rows {
                 return pixel;
             }

@@ -5,8 +5,10 @@
 //! specular surfaces; only these cells emit. Light that would miss all specular surfaces makes no caustic; it is neither traced nor counted.
 //!
 //! Marked cells are laid out on a line in the order of a Z-curve, each with a length equal to the flux it emits. A batch of n photons cuts the line
-//! into n equal parts and draws one start in each: photons are spread far more evenly than by chance alone, and photons with neighbouring numbers
-//! start near each other. Within a cell, the position on the line becomes two coordinates by de-interleaving its bits.
+//! into n equal parts with one start in each, all at the same random place of its part: photons with neighbouring numbers start near each other. Within
+//! a cell, the starts are a lattice: one coordinate is the place on the line, the other grows by the golden ratio from start to start. Every cell has its
+//! lattice shifted by a random vector of its own, and turned or not. So photons are spread far more evenly than by chance, over squares as over
+//! strips; each is at every place of its cell with the same probability.
 
 use glam::{DVec3, Vec3};
 
@@ -21,6 +23,9 @@ const CELLS: u32 = 256;
 
 /// Most subdivisions of a triangle while its cells are marked.
 const MAX_DEPTH: u32 = 12;
+
+/// The golden ratio's fractional part.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// A photon as it leaves its light.
 #[derive(Clone, Copy, Debug)]
@@ -132,14 +137,19 @@ impl Emitter {
         let total = self.total_w();
         let step = total / f64::from(count);
         let mut cell = self.cell_at(f64::from(first) * step);
+        let unit = |bits: u32| f64::from(bits) / 4_294_967_296.0;
+        let offset = unit(start_bits(seed, batch, u32::MAX)[0]);
         for photon in first..first + number as u32 {
-            let place = (f64::from(photon) + (f64::from(start_bits(seed, batch, photon)) + 0.5) / 4_294_967_296.0) * step;
+            let place = (f64::from(photon) + offset) * step;
             while cell + 1 < self.cells.len() && place >= self.starts[cell + 1] {
                 cell += 1;
             }
-            let share = (place - self.starts[cell]) * self.inverse_lengths[cell];
-            let bits = (share.clamp(0.0, 1.0) * 4_294_967_295.0) as u32;
-            out.push(self.ray(self.cells[cell], bits, step, Draws::new(seed, Purpose::Photon, batch, photon)));
+            let along = place - self.starts[cell];
+            let [a, b, turn] = start_bits(seed, batch, cell as u32);
+            let first = (along * self.inverse_lengths[cell] + unit(a)).fract();
+            let second = ((along / step).floor() * GOLDEN + unit(b)).fract();
+            let within = if turn & 1 == 0 { [first, second] } else { [second, first] };
+            out.push(self.ray(self.cells[cell], within, step, Draws::new(seed, Purpose::Photon, batch, photon)));
         }
     }
 
@@ -148,11 +158,10 @@ impl Emitter {
         self.starts.partition_point(|&start| start <= place).saturating_sub(1).min(self.cells.len() - 1)
     }
 
-    fn ray(&self, cell: Cell, bits: u32, step: f64, draws: Draws) -> Start {
+    fn ray(&self, cell: Cell, within: [f64; 2], step: f64, draws: Draws) -> Start {
         let source = &self.lights[cell.light as usize];
-        // The high bits select the coarse position, as in the order of cells.
-        let u = (f64::from(cell.column) + (f64::from(every_other_bit(bits)) + 0.5) / 65536.0) / f64::from(CELLS);
-        let v = (f64::from(cell.row) + (f64::from(every_other_bit(bits >> 1)) + 0.5) / 65536.0) / f64::from(CELLS);
+        let u = (f64::from(cell.column) + within[0]) / f64::from(CELLS);
+        let v = (f64::from(cell.row) + within[1]) / f64::from(CELLS);
         let strength = source.strength;
         let colour = strength / (strength.x + strength.y + strength.z);
         let (origin, direction, falloff) = source.domain.ray(u, v);

@@ -3,7 +3,7 @@
 //! At the water a ray continues refracted, or reflected in case of total reflection. (A picture of the water surface also has the mirrored sky, which
 //! contains no caustic.) Mirrors and glass end a ray, because what is seen in them does not lie on their surfaces.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, DVec4, Vec3};
 
 use nephroid_math::optics::{fresnel_transmittance, reflect, refract};
 use nephroid_math::vector::v3;
@@ -15,7 +15,7 @@ use super::water::{Rays, WaterSurface};
 use super::world::{Surface, World};
 
 /// Most crossings of a ray with the water.
-const MAX_CROSSINGS: u32 = 8;
+pub(super) const MAX_CROSSINGS: u32 = 8;
 
 /// One straight part of a view ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +30,23 @@ pub(super) struct Stretch {
     pub place: Place,
     /// Factor from radiance at the start of this stretch to radiance at the eye, without the attenuation by media.
     pub throughput: f32,
+    /// Normal of the surface at its end, on the side of the eye; zero if there is none.
+    pub end_normal: Vec3,
+}
+
+/// The map from places to the picture: a point is at `(u/w, v/w)` pixels from the top left corner, and `z` metres from the eye along the view axis.
+pub(super) struct Projection {
+    /// Coefficients of u, v, w and z in x, y, z and 1.
+    pub rows: [DVec4; 4],
+    /// Distance to the near plane, m.
+    pub near: f64,
+    /// Area of a pixel at distance 1, m²; everywhere, for a parallel camera.
+    pub area: f64,
+    /// Whether view rays are parallel.
+    pub parallel: bool,
+    /// World-space position of the eye, m, and unit vector of its view axis.
+    pub eye: DVec3,
+    pub axis: DVec3,
 }
 
 /// The end of a view ray.
@@ -41,6 +58,8 @@ pub(super) struct Seen {
     pub normal: Vec3,
     /// Number of the object.
     pub object: u32,
+    /// Number of the triangle.
+    pub triangle: u32,
     /// Whether the surface is diffuse, so that light can land there.
     pub diffuse: bool,
 }
@@ -82,8 +101,37 @@ impl<'a> Eye<'a> {
         }
     }
 
+    /// Width of the picture, pixels.
+    pub fn columns(&self) -> u32 {
+        self.size[0] as u32
+    }
+
+    /// Height of the picture, pixels.
+    pub fn rows(&self) -> u32 {
+        self.size[1] as u32
+    }
+
+    /// The map from places to the picture.
+    pub fn projection(&self) -> Projection {
+        let row = |v: DVec3, constant: f64| v.extend(constant - v.dot(self.origin));
+        let parallel = matches!(self.camera, Camera::Orthographic { .. });
+        let z = row(self.forward, 0.0);
+        let w = if parallel { DVec4::W } else { z };
+        let x = row(self.right / self.right.length_squared(), 0.0);
+        let y = row(self.up / self.up.length_squared(), 0.0);
+        let rows = [(w + x) * (0.5 * self.size[0]), (w - y) * (0.5 * self.size[1]), w, z];
+        let area = self.right.length() * self.up.length() * 4.0 / (self.size[0] * self.size[1]);
+        Projection { rows, near: f64::from(self.camera.depth_range_m().0), area, parallel, eye: self.origin, axis: self.forward }
+    }
+
+    /// The medium around the eye.
+    pub fn place(&self) -> Place {
+        let start = self.ray(0.5 * self.size[0], 0.5 * self.size[1]).0;
+        if self.water.is_some_and(|water| water.holds(start)) { Place::Water } else { Place::Air }
+    }
+
     /// The ray through a position of the picture in pixels from the top left corner: its start on the near plane and its direction.
-    fn ray(&self, x_px: f64, y_px: f64) -> (Vec3, Vec3) {
+    pub fn ray(&self, x_px: f64, y_px: f64) -> (Vec3, Vec3) {
         let (x, y) = (2.0 * x_px / self.size[0] - 1.0, 1.0 - 2.0 * y_px / self.size[1]);
         let across = self.right * x + self.up * y;
         let near = f64::from(self.camera.depth_range_m().0);
@@ -106,13 +154,15 @@ impl<'a> Eye<'a> {
             let hit = self.world.nearest(origin, direction, to_water, NONE);
             let length = hit.map_or(to_water, |hit| hit.t);
             let place = if wet { Place::Water } else { Place::Air };
-            stretch(Stretch { origin, direction, length, place, throughput });
+            let facet = hit.map(|hit| self.world.facet(hit.triangle).normal());
+            let end = facet.unwrap_or(if length == f32::INFINITY { Vec3::ZERO } else { normal });
+            let end_normal = if end.dot(direction) > 0.0 { -end } else { end };
+            stretch(Stretch { origin, direction, length, place, throughput, end_normal });
             if let Some(hit) = hit {
                 let object = self.world.object(hit.triangle);
-                let normal = self.world.facet(hit.triangle).normal();
-                let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
+                let normal = end_normal;
                 let diffuse = self.world.surfaces[object as usize] == Surface::Diffuse;
-                return Some(Seen { position: origin + direction * length, normal, object, diffuse });
+                return Some(Seen { position: origin + direction * length, normal, object, triangle: hit.triangle, diffuse });
             }
             if length == f32::INFINITY {
                 return None;

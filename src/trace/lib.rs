@@ -2,12 +2,13 @@
 //!
 //! Photons leave the lights in proportion to flux, towards specular surfaces, and are followed through every refraction and reflection until they
 //! land. In: a scene. Out: irradiance over the texels of a plane, irradiance at the points that the camera's pixels show, and radiance scattered
-//! towards the camera, each with its standard error; and an energy audit. Only light that met at least one specular surface is measured, which is
-//! also the meaning of the layers `caustic_irradiance` and `godrays`.
+//! towards the camera, each with its standard error; and an energy audit. Light that met at least one specular surface is in the layers
+//! `caustic_irradiance` and `godrays`; light that met none has layers of its own.
 //!
 //! - `emit`: starts of photons; `photon`: their interactions; `water`: the water surface, exact or as a mesh; `world`: objects, intersected by
 //!   `tree`.
-//! - `plane` and `cells` measure light that lands, `beams` light that is scattered, `statistics` sums up; `eye` follows view rays.
+//! - `plane` and `cells` measure light that lands, `volume` light that is scattered, `direct` light straight from the lights; `statistics` sums up;
+//!   `eye` follows view rays.
 //! - [`Tracer`] runs batches. A batch is cut into chunks that do not depend on the number of threads, results are summed in order and in 64 bits, and
 //!   random numbers are functions of seed, batch and photon: the same bits on any number of threads, and after an interruption.
 //!
@@ -16,8 +17,9 @@
 
 mod account;
 mod audit;
-mod beams;
+mod batch;
 mod cells;
+mod direct;
 mod emit;
 mod error;
 mod eye;
@@ -30,6 +32,7 @@ mod state;
 mod statistics;
 mod tracer;
 mod tree;
+mod volume;
 mod water;
 mod wave;
 mod world;

@@ -12,7 +12,6 @@ use nephroid_scene::Medium;
 use nephroid_scene::geom::Ray;
 
 use super::audit::{Audit, sum};
-use super::beams::Beam;
 use super::cells::Cells;
 use super::emit::Emitter;
 use super::media::{Place, SmokeBox, even_transmittance, water_share};
@@ -20,6 +19,7 @@ use super::plane::Plane;
 use super::random::Draws;
 use super::statistics::Deposit;
 use super::tree::NONE;
+use super::volume::Beam;
 use super::water::WaterSurface;
 use super::world::{Facet, Surface, World};
 
@@ -361,7 +361,7 @@ fn facing(normal: Vec3, direction: Vec3) -> Vec3 {
 }
 
 /// A point moved off its surface, so that rounding cannot put it on the other side.
-fn lifted(p: Vec3, normal: Vec3) -> Vec3 {
+pub(super) fn lifted(p: Vec3, normal: Vec3) -> Vec3 {
     p + normal * (LIFT * p.abs().max_element())
 }
 

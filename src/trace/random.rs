@@ -14,18 +14,20 @@ use nephroid_math::rng::{rng3, unit_from_bits};
 pub(super) enum Purpose {
     /// A photon of a batch, by number: interactions with surfaces and the transmittance of smoke.
     Photon = 0xf2e5_0000,
-    /// A pixel, by index: the transmittance of smoke on the view ray, for the light of one batch.
+    /// A pixel, by index: the place in the pixel through which the view ray of a batch goes.
     View = 0x7ac4_0000,
+    /// A pixel, by index: the points on its view ray at which directly scattered light is taken.
+    Direct = 0x5b9e_0000,
 }
 
 /// Spreads the numbers of batches, so that the counts of draws never reach another batch.
 const BATCH_STEP: u32 = 0x9e37_79b9;
 
-/// Random offset of a photon's start in its part of the line, out of 2³².
+/// Random numbers of a batch for the photons that start in one cell of the lights, out of 2³².
 #[inline(always)]
-pub(super) fn start_bits(seed: u32, batch: u32, photon: u32) -> u32 {
+pub(super) fn start_bits(seed: u32, batch: u32, cell: u32) -> [u32; 3] {
     const STREAM_START: u32 = 0x5eed_0000;
-    rng3(seed, batch ^ STREAM_START, photon)[0]
+    rng3(seed, batch ^ STREAM_START, cell)
 }
 
 /// A sequence of random numbers.
@@ -141,7 +143,7 @@ mod tests {
     fn different_names_have_different_keys() {
         let mut keys = BTreeSet::new();
         for seed in 0..3 {
-            for purpose in [Purpose::Photon, Purpose::View] {
+            for purpose in [Purpose::Photon, Purpose::View, Purpose::Direct] {
                 for batch in [0, 1, 2, 3, 4, 1 << 31, u32::MAX] {
                     for item in [0, 1, 2, 5, 1 << 24, (1 << 31) - 1] {
                         assert!(keys.insert(Draws::new(seed, purpose, batch, item).key), "{seed} {purpose:?} {batch} {item}");

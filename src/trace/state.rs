@@ -3,12 +3,13 @@
 use nephroid_scene::Scene;
 
 use super::audit::Audit;
+use super::batch::DIRECT_BATCHES;
 use super::error::TraceError;
 use super::statistics::Accumulator;
 use super::tracer::Tracer;
 
 /// First bytes of a state, with the version.
-const MAGIC: &[u8; 16] = b"nephroid trace 1";
+const MAGIC: &[u8; 16] = b"nephroid trace 2";
 
 /// Header of a state.
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -18,8 +19,8 @@ struct Header {
     fingerprint: u64,
     batches: u64,
     audit: Audit,
-    /// Number of texels of the plane, of the pixels and of the volume.
-    texels: [u64; 3],
+    /// Number of texels of the plane, of the pixels, of the volume, of direct irradiance and of direct light in media.
+    texels: [u64; 5],
     /// Checksum of all bytes after the header.
     sum: u64,
 }
@@ -52,10 +53,8 @@ impl Tracer {
             origin: _,
         } = self.scene();
         let (options, bounds) = (&self.options, self.world.bounds);
-        // States of earlier versions are refused in scenes with water or smoke, which then drew their random numbers in another way.
-        let draws = if water.is_some() || smoke.is_some() { "draws 2 " } else { "" };
         let text = format!(
-            "{draws}{image:?} {camera:?} {lights:?} {water:?} {medium:?} {smoke:?} {objects:?} {time_s:?} {trace:?} {} {} {} {:?} {bounds:?}",
+            "{image:?} {camera:?} {lights:?} {water:?} {medium:?} {smoke:?} {objects:?} {time_s:?} {trace:?} {} {} {} {:?} {bounds:?}",
             options.seed, options.camera, options.volume, options.points
         );
         check_sum(text.as_bytes())
@@ -64,11 +63,12 @@ impl Tracer {
     /// All that the run has measured, for [`Tracer::restore`].
     #[must_use]
     pub fn state(&self) -> Vec<u8> {
-        let parts = [&self.run.plane, &self.run.pixels, &self.run.volume];
+        let parts = self.run.accumulators();
         let mut body = Vec::new();
         for part in parts.into_iter().flatten() {
             body.extend_from_slice(part.state().0);
         }
+        body.extend_from_slice(&self.run.hits);
         let header = Header {
             magic: *MAGIC,
             fingerprint: self.fingerprint(),
@@ -105,15 +105,18 @@ impl Tracer {
             return Err(TraceError::BadState("its check sum is wrong"));
         }
         let mut rest = body;
-        for part in [&mut self.run.plane, &mut self.run.pixels, &mut self.run.volume].into_iter().flatten() {
+        let direct = header.batches.min(DIRECT_BATCHES);
+        for (number, part) in self.run.accumulators_mut().into_iter().enumerate() {
+            let Some(part) = part else { continue };
             let length = part.state().0.len();
             let (mine, others) = rest.split_at_checked(length).ok_or(TraceError::BadState("it is too short"))?;
-            restore(part, mine, header.batches)?;
+            restore(part, mine, if number == 3 { direct } else { header.batches })?;
             rest = others;
         }
-        if !rest.is_empty() {
-            return Err(TraceError::BadState("it is too long"));
+        if rest.len() != self.run.hits.len() {
+            return Err(TraceError::BadState("it has another length"));
         }
+        self.run.hits.copy_from_slice(rest);
         (self.run.audit, self.run.batches) = (header.audit, header.batches);
         Ok(())
     }

@@ -5,6 +5,8 @@
 
 use rayon::prelude::*;
 
+use super::volume::Canvas;
+
 /// The contribution of one photon to a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Deposit {
@@ -103,13 +105,29 @@ impl Accumulator {
         });
     }
 
-    /// Adds one value per texel, computed in parallel, to the current batch.
-    pub fn add_each(&mut self, value: impl Fn(usize) -> [f64; 3] + Sync) {
-        self.texels.par_iter_mut().enumerate().with_min_len(256).for_each(|(index, texel)| {
-            for (sum, value) in texel.batch.iter_mut().zip(value(index)) {
+    /// Adds values, each with the index of its texel, to the current batch.
+    pub fn add_values(&mut self, values: impl IntoIterator<Item = (u32, [f64; 3])>) {
+        for (index, value) in values {
+            for (sum, value) in self.texels[index as usize].batch.iter_mut().zip(value) {
                 *sum += value;
             }
+        }
+    }
+
+    /// Adds pictures to the current batch, one after the other.
+    pub fn add_pictures(&mut self, pictures: &[Canvas]) {
+        self.texels.par_iter_mut().enumerate().with_min_len(STRIP).for_each(|(index, texel)| {
+            for picture in pictures {
+                for (sum, value) in texel.batch.iter_mut().zip(picture.pixels[index]) {
+                    *sum += f64::from(value);
+                }
+            }
         });
+    }
+
+    /// Forgets the current batch.
+    pub fn drop_batch(&mut self) {
+        self.texels.par_iter_mut().with_min_len(STRIP).for_each(|texel| texel.batch = [0.0; 3]);
     }
 
     /// Ends the current batch.

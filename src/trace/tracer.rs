@@ -9,36 +9,25 @@ use nephroid_scene::geom::Aabb;
 
 use super::account::account;
 use super::audit::Audit;
-use super::beams::{Beam, BeamTree};
+use super::batch::DIRECT_BATCHES;
 use super::cells::{Cells, Points};
 use super::emit::Emitter;
 use super::error::TraceError;
-use super::eye::{Eye, Stretch};
-use super::media::{Place, SmokeBox, even_transmittance};
-use super::photon::{Arrivals, Travel};
+use super::eye::Eye;
+use super::media::SmokeBox;
 use super::plane::Plane;
-use super::random::{Draws, Purpose};
-use super::spectrum::{Wavelengths, index_at};
-use super::statistics::{Accumulator, Measured, Sorted};
+use super::spectrum::Wavelengths;
+use super::statistics::{Accumulator, Measured};
 use super::tree::{Hit, NONE};
+use super::volume::{Media, Views};
 use super::water::WaterSurface;
-use super::wave::{Scratch, travel};
 use super::world::{Surface, World};
-
-/// Photons of a chunk; a thread traces one chunk at a time.
-const CHUNK: u32 = 4096;
-
-/// Chunks whose results are held before they are summed; memory does not grow with the number of photons.
-const ROUND: u32 = 64;
 
 /// Least and greatest number of photons of a batch.
 const BATCH: (u64, u64) = (1 << 16, 1 << 24);
 
-/// Photons of a batch if scattered light is measured, because all beams of a batch are held at once.
-const BEAM_BATCH: u64 = 1 << 16;
-
-/// Width of beams as a share of the size of the lit region.
-const BEAM_WIDTH: f32 = 1.0 / 300.0;
+/// Photons of a batch for each pixel, if scattered light is measured: they are spread evenly within a batch.
+const VOLUME_PHOTONS: u64 = 8;
 
 /// Options of a run: what is measured, and how.
 #[derive(Clone, Debug)]
@@ -65,20 +54,19 @@ impl Default for TraceOptions {
 
 /// Traces photons through a scene and measures where they land. The bits of a result depend on scene, options and number of photons only.
 pub struct Tracer {
-    scene: Scene,
+    pub(super) scene: Scene,
     pub(super) options: TraceOptions,
     pub(super) world: World,
-    water: Option<WaterSurface>,
-    smoke: Option<SmokeBox>,
-    emitter: Emitter,
-    wavelengths: Wavelengths,
-    plane: Option<Plane>,
-    cells: Option<Cells>,
-    /// View rays of the camera's pixels, as stretches.
-    views: Vec<Vec<Stretch>>,
-    beam_width: f32,
-    reach: f32,
-    batch_photons: u64,
+    pub(super) water: Option<WaterSurface>,
+    pub(super) smoke: Option<SmokeBox>,
+    pub(super) emitter: Emitter,
+    pub(super) wavelengths: Wavelengths,
+    pub(super) plane: Option<Plane>,
+    pub(super) cells: Option<Cells>,
+    /// Views of the pixels for scattered light; `None` if it is not measured.
+    pub(super) views: Option<Views>,
+    pub(super) reach: f32,
+    pub(super) batch_photons: u64,
     pub(super) run: Run,
 }
 
@@ -87,8 +75,25 @@ pub(super) struct Run {
     pub plane: Option<Accumulator>,
     pub pixels: Option<Accumulator>,
     pub volume: Option<Accumulator>,
+    /// Light straight from the lights: on surfaces, and scattered towards the camera.
+    pub direct: Option<Accumulator>,
+    pub direct_volume: Option<Accumulator>,
+    /// View rays by pixel that ended on a diffuse surface in the batches of `direct`.
+    pub hits: Vec<u8>,
     pub audit: Audit,
     pub batches: u64,
+}
+
+impl Run {
+    /// All pictures of sums.
+    pub fn accumulators(&self) -> [&Option<Accumulator>; 5] {
+        [&self.plane, &self.pixels, &self.volume, &self.direct, &self.direct_volume]
+    }
+
+    /// All pictures of sums.
+    pub fn accumulators_mut(&mut self) -> [&mut Option<Accumulator>; 5] {
+        [&mut self.plane, &mut self.pixels, &mut self.volume, &mut self.direct, &mut self.direct_volume]
+    }
 }
 
 impl Tracer {
@@ -128,28 +133,35 @@ impl Tracer {
             return Err(TraceError::NothingSpecular);
         }
         let size = bounds.size().length();
-        let lit = Aabb::from_points(targets.iter().flatten().copied()).size().length();
         let (columns, rows) = (scene.image.width, scene.image.height);
         let eye = Eye::new(scene, &world, water.as_ref());
         let cells = match &options.points {
             Some(points) => Some(Cells::of_points(&on_diffuse_surfaces(points, &world))),
             None => options.camera.then(|| Cells::of_camera(&eye, columns, rows)),
         };
-        let views = if options.volume { views(&eye, columns, rows) } else { Vec::new() };
+        let smoke = scene.smoke.as_ref().map(SmokeBox::new);
+        let media = Media { medium: scene.medium, smoke: smoke.as_ref() };
+        let views = options.volume.then(|| Views::new(&eye, media, size));
+        let picture = || Accumulator::new(columns, rows);
+        let direct = options.camera || options.points.is_some();
         let run = Run {
             plane: scene.trace.plane.map(|plane| Accumulator::new(plane.texels.0, plane.texels.1)),
             pixels: cells.as_ref().map(|cells| Accumulator::new(cells.columns, cells.rows)),
-            volume: options.volume.then(|| Accumulator::new(columns, rows)),
+            volume: options.volume.then(picture),
+            direct: direct.then(|| cells.as_ref().map_or_else(picture, |cells| Accumulator::new(cells.columns, cells.rows))),
+            direct_volume: options.volume.then(picture),
+            hits: vec![0; if direct { cells.as_ref().map_or(0, |cells| cells.seen.len()) } else { 0 }],
             audit: Audit::default(),
             batches: 0,
         };
         let texels = [&run.plane, &run.pixels].into_iter().flatten().map(|a| a.len() as u64).max().unwrap_or(1);
-        let batch_photons = if options.volume { BEAM_BATCH } else { texels.next_power_of_two().clamp(BATCH.0, BATCH.1) };
+        let views_of_batch = if options.volume { VOLUME_PHOTONS * u64::from(columns) * u64::from(rows) } else { 1 };
+        let batch_photons = texels.max(views_of_batch).next_power_of_two().clamp(BATCH.0, BATCH.1);
+
         Ok(Self {
             plane: scene.trace.plane.as_ref().map(Plane::new),
-            smoke: scene.smoke.as_ref().map(SmokeBox::new),
+            smoke,
             wavelengths: Wavelengths::of(scene),
-            beam_width: scene.trace.beam_width_m.unwrap_or(lit * BEAM_WIDTH),
             reach: size,
             scene: scene.clone(),
             options: options.clone(),
@@ -193,95 +205,6 @@ impl Tracer {
         self.run.batches * self.batch_photons
     }
 
-    /// Traces at least this many more photons, in whole batches.
-    pub fn run(&mut self, photons: u64) {
-        for _ in 0..photons.div_ceil(self.batch_photons) {
-            self.run_batch();
-        }
-    }
-
-    /// Traces one batch of photons.
-    pub fn run_batch(&mut self) {
-        let parts = self.wavelengths.parts();
-        for (part, channels) in parts.iter().enumerate() {
-            self.run_part(part as u32, *channels);
-        }
-        for accumulator in [&mut self.run.plane, &mut self.run.pixels, &mut self.run.volume].into_iter().flatten() {
-            accumulator.end_batch();
-        }
-        self.run.batches += 1;
-    }
-
-    /// Traces the photons of one wavelength, or of all.
-    fn run_part(&mut self, part: u32, channels: Vec3) {
-        let batch = (self.run.batches as u32).wrapping_mul(4) + part;
-        let colour = self.wavelengths.colour(part);
-        let water_ior = self.scene.water.as_ref().map_or(1.0, |w| index_at(w.ior, w.abbe, colour));
-        let glass_ior: Vec<f32> = self
-            .world
-            .surfaces
-            .iter()
-            .map(|surface| match *surface {
-                Surface::Glass { ior, abbe, .. } => index_at(ior, abbe, colour),
-                _ => 1.0,
-            })
-            .collect();
-        let journey = Travel {
-            level: self.options.level,
-            emitter: &self.emitter,
-            world: &self.world,
-            water: self.water.as_ref(),
-            water_ior,
-            glass_ior: &glass_ior,
-            medium: self.scene.medium,
-            smoke: self.smoke.as_ref(),
-            plane: self.plane.as_ref(),
-            cells: self.cells.as_ref(),
-            beams: self.options.volume,
-            channels,
-            max_events: self.scene.trace.max_events,
-            seed: self.options.seed,
-            batch,
-            batch_photons: self.batch_photons as u32,
-        };
-        let chunks = (self.batch_photons as u32).div_ceil(CHUNK);
-        let (plane_len, pixel_len) =
-            (self.run.plane.as_ref().map_or(0, Accumulator::len), self.run.pixels.as_ref().map_or(0, Accumulator::len));
-        let mut beams: Vec<Beam> = Vec::new();
-        for round in 0..chunks.div_ceil(ROUND) {
-            let range = round * ROUND..((round + 1) * ROUND).min(chunks);
-            let arrivals: Vec<(Sorted, Sorted, Arrivals)> = range
-                .into_par_iter()
-                .map_init(Scratch::new, |scratch, chunk| {
-                    let first = chunk * CHUNK;
-                    let mut arrivals = travel(&journey, first, CHUNK.min(self.batch_photons as u32 - first), scratch);
-                    let plane = Sorted::new(&std::mem::take(&mut arrivals.plane), plane_len);
-                    let pixels = Sorted::new(&std::mem::take(&mut arrivals.pixels), pixel_len);
-                    (plane, pixels, arrivals)
-                })
-                .collect();
-            if let Some(plane) = &mut self.run.plane {
-                plane.add(&arrivals.iter().map(|a| &a.0).collect::<Vec<_>>());
-            }
-            if let Some(pixels) = &mut self.run.pixels {
-                pixels.add(&arrivals.iter().map(|a| &a.1).collect::<Vec<_>>());
-            }
-            for (_, _, arrivals) in arrivals {
-                self.run.audit.add(&arrivals.audit);
-                beams.extend(arrivals.beams);
-            }
-        }
-        if let Some(volume) = &mut self.run.volume {
-            let (smoke, medium, seed) = (self.smoke.as_ref(), self.scene.medium, self.options.seed);
-            let tree = BeamTree::new(&beams, self.beam_width, self.reach, medium, smoke);
-            let views = &self.views;
-            volume.add_each(|pixel| {
-                let mut draws = Draws::new(seed, Purpose::View, batch, pixel as u32);
-                gather(&tree, &views[pixel], (medium.sigma_t(), smoke), &mut draws)
-            });
-        }
-    }
-
     /// Irradiance on the scene's measuring plane, W/m²; `None` if the scene has no such plane.
     #[must_use]
     pub fn plane(&self) -> Option<Measured> {
@@ -316,6 +239,23 @@ impl Tracer {
         Some(self.run.volume.as_ref()?.measured(|_| 1.0))
     }
 
+    /// Irradiance straight from the lights, without water, mirrors and glass, W/m²; `None` if it is not measured. Pixels are means over view rays that
+    /// end on a diffuse surface.
+    #[must_use]
+    pub fn direct(&self) -> Option<Measured> {
+        let direct = self.run.direct.as_ref()?;
+        let batches = self.run.batches.min(DIRECT_BATCHES) as f64;
+        let mut measured = direct.measured(|pixel| batches / f64::from(self.run.hits[pixel].max(1)));
+        measured.valid = Some(self.run.hits.iter().map(|&hits| hits > 0).collect());
+        Some(measured)
+    }
+
+    /// Radiance straight from the lights, scattered towards the camera, W/(m² sr); `None` if it is not measured.
+    #[must_use]
+    pub fn direct_volume(&self) -> Option<Measured> {
+        Some(self.run.direct_volume.as_ref()?.measured(|_| 1.0))
+    }
+
     /// Energy audit of all batches.
     #[must_use]
     pub fn audit(&self) -> Audit {
@@ -334,13 +274,24 @@ impl Tracer {
         self.emitter.total_w()
     }
 
-    /// The largest relative noise of the measurements: root mean square of standard errors over mean value.
+    /// Relative noise by layer: root mean square of standard errors over mean value, of the layers whose noise falls with every batch. Layers without
+    /// light have none.
+    #[must_use]
+    pub fn noises(&self) -> Vec<(&'static str, f64)> {
+        let shown = self.cells.as_ref().map_or(0, |cells| cells.valid.iter().filter(|valid| **valid).count());
+        let run = &self.run;
+        [("caustic_irradiance", &run.pixels), ("plane", &run.plane), ("godrays", &run.volume), ("direct_godrays", &run.direct_volume)]
+            .into_iter()
+            .filter_map(|(name, sums)| sums.as_ref().map(|sums| (name, sums)))
+            .map(|(name, sums)| (name, sums.noise(if name == "caustic_irradiance" { shown } else { sums.len() })))
+            .filter(|(name, noise)| *name != "direct_godrays" || noise.is_finite())
+            .collect()
+    }
+
+    /// The largest of [`Tracer::noises`].
     #[must_use]
     pub fn noise(&self) -> f64 {
-        let shown = self.cells.as_ref().map_or(0, |cells| cells.valid.iter().filter(|valid| **valid).count());
-        let pixels = self.run.pixels.iter().map(|pixels| pixels.noise(shown));
-        let others = [&self.run.plane, &self.run.volume].into_iter().flatten().map(|all| all.noise(all.len()));
-        pixels.chain(others).fold(0.0, f64::max)
+        self.noises().into_iter().map(|(_, noise)| noise).fold(0.0, f64::max)
     }
 }
 
@@ -379,43 +330,6 @@ pub fn camera_points(scene: &Scene) -> Result<Vec<Option<Vec3>>, TraceError> {
             .map(|seen| (seen.position.as_dvec3() + shift).as_vec3())
     };
     Ok((0..columns * rows).into_par_iter().with_min_len(256).map(look).collect())
-}
-
-/// View rays through the middles of all pixels.
-fn views(eye: &Eye<'_>, columns: u32, rows: u32) -> Vec<Vec<Stretch>> {
-    (0..columns * rows)
-        .into_par_iter()
-        .with_min_len(256)
-        .map(|pixel| {
-            let (x, y) = (f64::from(pixel % columns) + 0.5, f64::from(pixel / columns) + 0.5);
-            let mut view = Vec::new();
-            eye.look(x, y, |stretch| view.push(stretch));
-            view
-        })
-        .collect()
-}
-
-/// Radiance along a whole view ray.
-fn gather(tree: &BeamTree<'_>, view: &[Stretch], (sigma_t, smoke): (Vec3, Option<&SmokeBox>), draws: &mut Draws) -> [f64; 3] {
-    let mut passed = Vec3::ONE;
-    let mut sum = [0.0; 3];
-    for (number, stretch) in view.iter().enumerate() {
-        let radiance = tree.gather(stretch, draws) * passed * stretch.throughput;
-        for (sum, value) in sum.iter_mut().zip(radiance.to_array()) {
-            *sum += f64::from(value);
-        }
-        if number + 1 < view.len() {
-            passed *= match (stretch.place, smoke) {
-                (Place::Water, _) => even_transmittance(sigma_t, stretch.length),
-                (Place::Air, Some(smoke)) => {
-                    let ray = nephroid_scene::geom::Ray { origin: stretch.origin, direction: stretch.direction };
-                    smoke.transmittance(ray, stretch.length, draws)
-                }
-                _ => Vec3::ONE,
-            };
-        }
-    }
-    sum
 }
 
 /// The twelve triangles of a box.

@@ -8,6 +8,7 @@ mod audit;
 mod caustic_volumes;
 mod caustic_volumes_analytic;
 mod cli;
+mod direct;
 mod docs_paths;
 mod energy;
 mod flip;

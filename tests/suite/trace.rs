@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use nephroid::scene::{self, MeasuringPlane, Scene};
+use nephroid::scene::{self, MeasuringPlane, Medium, Scene};
 use nephroid::trace::{Points, TraceError, TraceOptions, Tracer};
 
 use glam::Vec3;
@@ -18,12 +18,75 @@ fn small(name: &str, width: u32, height: u32) -> Scene {
 #[test]
 fn a_run_goes_on_to_the_same_bits() {
     let scene = everything();
-    let whole = run_on(2, &scene, &options(true, false), 2);
-    let part = run_on(2, &scene, &options(true, false), 1);
-    let mut tracer = Tracer::new(&scene, &options(true, false)).expect("the scene can be traced");
-    tracer.restore(&part).expect("the state is good");
-    tracer.run(tracer.batch_photons());
-    assert!(tracer.state() == whole, "going on gives other bits");
+    for volume in [false, true] {
+        let whole = run_on(2, &scene, &options(true, volume), 2);
+        let part = run_on(2, &scene, &options(true, volume), 1);
+        let mut tracer = Tracer::new(&scene, &options(true, volume)).expect("the scene can be traced");
+        tracer.restore(&part).expect("the state is good");
+        tracer.run(tracer.batch_photons());
+        assert!(tracer.state() == whole, "going on gives other bits, volume {volume}");
+    }
+}
+
+/// A batch that is given up, whenever that is, has not been.
+#[test]
+fn a_batch_that_is_given_up_leaves_no_trace() {
+    let scene = everything();
+    let whole = run_on(2, &scene, &options(true, true), 2);
+    let mut tracer = Tracer::new(&scene, &options(true, true)).expect("the scene can be traced");
+    tracer.run_batch();
+    let before = tracer.state();
+    let mut given_up = 0;
+    for patience in 0..100 {
+        let asked = std::sync::atomic::AtomicU32::new(0);
+        if tracer.run_batch_until(&|| asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= patience) {
+            break;
+        }
+        given_up += 1;
+        assert!(tracer.state() == before, "given up after {patience} questions, the batch has left something");
+    }
+    // Photons of each of three colours, and light straight from the lights.
+    assert!((4..100).contains(&given_up), "the batch was given up {given_up} times");
+    assert!(tracer.state() == whole, "the batch after those that were given up is another one");
+}
+
+/// A pixel is the mean of its quarters, from above the water and to a diver: nothing is lost or counted twice between pixels.
+#[test]
+fn light_in_media_is_the_same_in_smaller_pixels() {
+    for diver in [false, true] {
+        let measure = |size: u32| {
+            let mut scene = small("analytic/sine_water.ron", size, size);
+            scene.medium = Medium { sigma_a: Vec3::splat(0.1), sigma_s: Vec3::splat(0.3), g: 0.3 };
+            scene.set("camera.height_m", "0.2").expect("the setting exists");
+            scene.water.as_mut().expect("there is water").size_m = glam::Vec2::splat(0.6);
+            if diver {
+                scene.set("camera.position", "-0.4,-0.2,0.45").expect("the setting exists");
+                scene.set("camera.target", "0.1,-0.35,-0.1").expect("the setting exists");
+            }
+            let mut tracer = Tracer::new(&scene, &options(false, true)).expect("the scene can be traced");
+            for _ in 0..16 {
+                tracer.run_batch();
+            }
+            tracer.volume().expect("it was asked for")
+        };
+        let (large, small) = (measure(4), measure(8));
+        let worst = |factor: f64| {
+            let z = |k: u32| {
+                let (column, row) = (k % 4, k / 4);
+                let quarters = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| (2 * column + x, 2 * row + y));
+                let mean = quarters.iter().map(|&(x, y)| small.mean(x, y)[1]).sum::<f64>() / 4.0;
+                let error = quarters
+                    .iter()
+                    .map(|&(x, y)| small.standard_error(x, y)[1] / 4.0)
+                    .fold(large.standard_error(column, row)[1], f64::hypot);
+                (large.mean(column, row)[1] - factor * mean).abs() / (error + 1.0e-3 * mean)
+            };
+            (0..16).map(z).fold(0.0, f64::max)
+        };
+        assert!(large.mean.iter().filter(|mean| mean[1] > 0.0).count() > 8, "there is hardly any light");
+        assert!(worst(1.0) < 4.5, "diver {diver}: smaller pixels are off by {} standard errors", worst(1.0));
+        assert!(worst(1.05) > 4.5, "diver {diver}: the check cannot tell a twentieth");
+    }
 }
 
 #[test]
@@ -156,8 +219,7 @@ fn smoke_of_any_density_scatters_what_quadrature_says() {
              camera: Orthographic(position: (0, 0.5, 3), target: (0, 0.5, 0), height_m: 0.6, near_m: 0.1, far_m: 9), \
              lights: [Directional(aim: Along(0, -1, 0), irradiance: (1, 1, 1))], \
              smoke: (min: (-0.5, 0, -0.5), max: (0.5, 1, 0.5), sigma_a: (0.3, 0.3, 0.3), sigma_s: (0.8, 0.8, 0.8), g: 0.3, density: {density}), \
-             objects: [(shape: Grid(size_m: (1.2, 1.2)), transform: (translate: (0, -0.01, 0)), material: Mirror(reflectance: (1, 1, 1)))], \
-             trace: (beam_width_m: 0.02))"
+             objects: [(shape: Grid(size_m: (1.2, 1.2)), transform: (translate: (0, -0.01, 0)), material: Mirror(reflectance: (1, 1, 1)))])"
         );
         let scene = scene::parse(&text, "smoke", Path::new(""), &[]).expect("the scene is valid");
         let smoke = scene.smoke.expect("there is smoke");
@@ -202,10 +264,16 @@ fn smoke_of_any_density_scatters_what_quadrature_says() {
         let mut pixels = Vec::new();
         for row in 0..4 {
             for column in 0..4 {
-                let (x, y) = (-0.225 + 0.15 * f64::from(column), 0.725 - 0.15 * f64::from(row));
+                // Views go through all of a pixel.
+                let part = |k: u32| (f64::from(k) + 0.5) / 4.0 - 0.5;
+                let at = |k: u32| {
+                    let (dx, dy) = (0.15 * part(k % 4), 0.15 * part(k / 4));
+                    radiance(-0.225 + 0.15 * f64::from(column) + dx, 0.725 - 0.15 * f64::from(row) + dy)
+                };
+                let truth = (0..16).map(at).sum::<f64>() / 16.0;
                 let (mean, error) = (seen.mean(column, row)[0], seen.standard_error(column, row)[0]);
                 assert!(error < 0.02 * mean, "({column}, {row}): {mean} ± {error}");
-                pixels.push((mean, error, radiance(x, y)));
+                pixels.push((mean, error, truth));
             }
         }
         let off = |&(mean, error, truth): &(f64, f64, f64), factor: f64| (mean - factor * truth).abs() / (error + 2.0e-3 * mean);

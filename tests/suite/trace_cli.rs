@@ -31,11 +31,20 @@ fn refuse(arguments: &[&str]) -> String {
 fn a_trace_writes_means_and_errors() {
     let folder = folder();
     let text = succeed(folder.path(), &["trace", "small.ron", "--photons", "200k", "-o", "a.exr", "-o", "a.png"]);
-    for word in ["262144 photons", "noise", "landed", "emitted"] {
+    for word in ["262144 photons", "photons/s", "noise", "landed", "emitted"] {
         assert!(text.contains(word), "{text}");
     }
     let layers = image::read(&folder.path().join("a.exr")).expect("the file is readable").layers;
-    for name in ["caustic_irradiance", "caustic_irradiance_error", "caustic_irradiance_valid", "position", "normal"] {
+    for name in [
+        "caustic_irradiance",
+        "caustic_irradiance_error",
+        "caustic_irradiance_valid",
+        "direct_irradiance",
+        "direct_irradiance_error",
+        "direct_irradiance_valid",
+        "position",
+        "normal",
+    ] {
         assert!(layers.get(name).is_some(), "{name} is missing");
     }
     assert!(image::read(&folder.path().join("a.png")).is_ok());
@@ -66,6 +75,11 @@ fn volume_and_json_are_there_when_asked_for() {
     assert!(json["imbalance"].as_f64().expect("a number").abs() < 1e-9);
     assert!(json["energy_w"]["scattered"].as_f64().expect("a number") > 0.0);
     let layers = image::read(&folder.path().join("v.exr")).expect("the file is readable").layers;
+    assert!(json["photons_per_s"].as_f64().expect("a number") > 0.0);
+    for name in ["caustic_irradiance", "godrays"] {
+        assert!(json["noise"][name].as_f64().expect("a number") > 0.0, "{name}: {text}");
+    }
+    assert!(layers.get("direct_godrays").is_some());
     let light: f32 = layers.get("godrays").expect("the layer was asked for").planes()[0].pixels().iter().sum();
     assert!(light > 0.0 && light.is_finite());
 }
@@ -89,6 +103,20 @@ fn bad_input_is_told_in_one_message() {
         let stderr = refuse(arguments);
         assert!(stderr.contains(part), "{arguments:?}: {stderr}");
     }
+}
+
+#[test]
+fn a_time_limit_is_kept_or_told_to_be_too_short() {
+    let folder = folder();
+    let text = succeed(folder.path(), &["trace", "small.ron", "--time-limit", "4", "-o", "a.exr", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&text).expect("the output is JSON");
+    let seconds = json["seconds"].as_f64().expect("a number");
+    assert!(seconds < 4.4 && seconds > 2.0 && json["batches"].as_u64() >= Some(2), "{text}");
+    let (code, _, stderr) = told(folder.path(), &["trace", "small.ron", "--time-limit", "0.001", "-o", "b.exr"]);
+    assert_eq!(code, Some(2));
+    assert!(stderr.contains("--time-limit 0.001 is too short") && stderr.contains("--resume"), "{stderr}");
+    assert!(folder.path().join("b.exr.state").exists() && !folder.path().join("b.exr").exists());
+    succeed(folder.path(), &["trace", "small.ron", "--photons", "1", "--resume", "-o", "b.exr"]);
 }
 
 #[test]

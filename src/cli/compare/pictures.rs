@@ -91,7 +91,7 @@ pub fn compare(request: &Request, picture: Option<&Path>) -> anyhow::Result<Resu
         files.push(path.display().to_string());
     }
     let facts = vec![("layer".to_owned(), name.clone()), ("pixels".to_owned(), format!("{} of {}", pair.count(), left.len()))];
-    let column = Column { name: request.test.display().to_string(), verdicts, facts: Vec::new(), not_drawn: None };
+    let column = Column { name: request.test.display().to_string(), verdicts, direct: None, facts: Vec::new(), not_drawn: None };
     let reference = request.reference.display().to_string();
     Ok(Results { reference, facts, bodies_turned: 0, columns: vec![column], files })
 }

@@ -156,5 +156,14 @@ fn judge_technique(
     }
     let title = if scene.title.is_empty() { "Caustic irradiance".to_owned() } else { format!("{}: caustic irradiance", scene.title) };
     pictures::draw(path, &title, pair, ("Ground truth", technique), "W/m²", &verdicts)?;
-    Ok(Column { name: technique.to_owned(), verdicts, facts, not_drawn: None })
+    let direct = match layers.get("direct") {
+        Some(layer) => Some(truth.judge_direct(&layer.rgb())?),
+        None => None,
+    };
+    let scatters =
+        scene.water.is_some() && scene.medium.sigma_s != Vec3::ZERO || scene.smoke.is_some_and(|smoke| smoke.sigma_s != Vec3::ZERO);
+    if scatters {
+        facts.push(("light scattered in media".to_owned(), "not compared".to_owned()));
+    }
+    Ok(Column { name: technique.to_owned(), verdicts, direct, facts, not_drawn: None })
 }

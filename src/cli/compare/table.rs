@@ -29,6 +29,8 @@ pub struct Column {
     pub name: String,
     /// Value of each measure.
     pub verdicts: Vec<Verdict>,
+    /// Value of each measure for the light that comes straight from the lights, if it is compared. Bounds are not for these.
+    pub direct: Option<Vec<Verdict>>,
     /// Further facts about the picture, by name.
     pub facts: Vec<(String, String)>,
     /// What the scene contains and a technique does not draw; `None` for a picture of which that is not known.
@@ -55,13 +57,16 @@ pub fn tell(results: &Results, bounds: &[Bound], json: bool) -> anyhow::Result<O
     if json {
         let facts = |facts: &[(String, String)]| facts.iter().map(|(name, value)| (name.clone(), value.clone().into())).collect();
         let column = |column: &Column| {
-            let values = column.verdicts.iter().map(|verdict| {
-                let value = verdict.value.as_ref().map_or(serde_json::Value::Null, |&value| value.into());
-                (verdict.name.to_owned(), value)
-            });
+            let values = |verdicts: &[Verdict]| {
+                let value = |verdict: &Verdict| verdict.value.as_ref().map_or(serde_json::Value::Null, |&value| value.into());
+                verdicts.iter().map(|verdict| (verdict.name.to_owned(), value(verdict))).collect::<serde_json::Map<_, _>>()
+            };
             let mut all: serde_json::Map<String, serde_json::Value> =
                 [("name".to_owned(), column.name.clone().into())].into_iter().collect();
-            all.extend(values);
+            all.extend(values(&column.verdicts));
+            if let Some(direct) = &column.direct {
+                all.insert("direct".to_owned(), serde_json::Value::Object(values(direct)));
+            }
             all.insert("facts".to_owned(), serde_json::Value::Object(facts(&column.facts)));
             all.extend(column.not_drawn.as_ref().map(|lacks| ("not_drawn".to_owned(), lacks.clone().into())));
             serde_json::Value::Object(all)
@@ -110,13 +115,16 @@ fn text(results: &Results, exceeded: &[String]) -> String {
     text.push_str(&pairs(&results.facts));
     for column in &results.columns {
         text.push_str(&format!("{}\n", column.name));
-        let values: Vec<(String, String)> = column
-            .verdicts
-            .iter()
-            .map(|verdict| (verdict.name.to_owned(), verdict.value.as_ref().map_or_else(|error| format!("- ({error})"), |&v| number(v, 4))))
-            .collect();
-        text.push_str(&pairs(&values));
+        let values = |verdicts: &[Verdict]| -> Vec<(String, String)> {
+            let value = |verdict: &Verdict| verdict.value.as_ref().map_or_else(|error| format!("- ({error})"), |&v| number(v, 4));
+            verdicts.iter().map(|verdict| (verdict.name.to_owned(), value(verdict))).collect()
+        };
+        text.push_str(&pairs(&values(&column.verdicts)));
         text.push_str(&pairs(&column.facts));
+        if let Some(direct) = &column.direct {
+            text.push_str(&format!("{}, direct light\n", column.name));
+            text.push_str(&pairs(&values(direct)));
+        }
     }
     for file in &results.files {
         text.push_str(&format!("  {file}\n"));

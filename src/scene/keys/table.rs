@@ -257,21 +257,6 @@ pub(super) const TRACE: &[Setting] = &[
         allowed: Cow::Borrowed("none, or x,y,z;x,y,z;x,y,z;COLUMNSxROWS with each count from 1 to 8192"),
         place: Place::Scene { get: |scene| Some(scene.trace.plane.write()), set: |scene, text| write_to(&mut scene.trace.plane, text) },
     },
-    Setting {
-        key: "trace.beam_width_m",
-        doc: "Width over which the ground truth spreads the light of one photon's path across the view.",
-        unit: "m",
-        default: Cow::Borrowed("none"),
-        allowed: Cow::Borrowed("none, or a number above 0, at most 1000"),
-        place: Place::Scene {
-            get: |scene| Some(scene.trace.beam_width_m.map_or_else(|| "none".to_owned(), |width| width.write())),
-            set: |scene, text| {
-                let none = text.eq_ignore_ascii_case("none");
-                scene.trace.beam_width_m = if none { None } else { Some(f32::read(text).ok_or(Refusal::Unreadable)?) };
-                Ok(())
-            },
-        },
-    },
     field!(
         "trace.max_events",
         "",

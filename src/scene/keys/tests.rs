@@ -65,7 +65,6 @@ const SAMPLES: &[(&str, &str, &str, Option<&str>)] = &[
     ("paint.samples", "2", "1.5", Some("9")),
     ("trace.grid", "64x32", "64", Some("64x1")),
     ("trace.plane", "0,-1,0;2,0,0;0,0,3;64x32", "0,0,0;1,0,0", Some("0,0,0;1,0,0;2,0,0;4x4")),
-    ("trace.beam_width_m", "0.5", "thin", Some("0")),
     ("trace.max_events", "8", "many", Some("0")),
 ];
 
