@@ -30,6 +30,10 @@ const NESTING: usize = 4;
 /// to a surface than that cannot be told from it.
 const LIFT: f32 = 5.0e-7;
 
+/// Rounding error of the distance to a triangle, as a share of the distance of its farthest corner. A ray that starts so close to a triangle starts on it: the
+/// foot of a mirror that stands on a table is not in the table's shadow.
+const HIT_ERROR: f32 = 3.0e-7;
+
 /// Enlargement of triangles' boxes, as a share of the size of all surfaces: more than the rounding error between a ray and a triangle.
 const BOX_SLACK: f32 = 2.0e-6;
 
@@ -497,7 +501,8 @@ fn meet(origin: Vec3, direction: Vec3, corners: [Vec3; 3]) -> Option<(f32, [f32;
     }
     let weights = edges.map(|e| e / sum);
     let t = direction.dot(a * weights[0] + b * weights[1] + c * weights[2]);
-    (t > 0.0).then_some((t, weights))
+    let farthest = a.abs().max(b.abs()).max(c.abs()).max_element();
+    (t > HIT_ERROR * farthest).then_some((t, weights))
 }
 
 fn to_v3(v: Vec3) -> V3<f32> {
@@ -533,7 +538,7 @@ fn pieces(mesh: &Mesh) -> Vec<u32> {
 mod tests {
     use glam::Vec2;
     use nephroid_scene::Albedo;
-    use nephroid_scene::geom::shapes::{Cuboid, Grid};
+    use nephroid_scene::geom::shapes::{Cuboid, Cylinder, Grid};
 
     use super::*;
 
@@ -561,5 +566,41 @@ mod tests {
         assert!((share - 0.978).abs() < 1.0e-3, "{share}");
         let (bent, less) = lands(1.333, 1.0);
         assert!((bent - x).abs() > 0.03 && less < share - 0.01, "{bent} {less}");
+    }
+
+    /// A mirror that stands on a table, whose triangles reach far beyond it: light reaches all of the mirror's foot. A board just above the foot shades it.
+    #[test]
+    fn tables_do_not_shade_what_stands_on_them() {
+        let table = |size: f32, y: f32| {
+            let grid = Grid { size_m: Vec2::splat(size), ..Grid::default() }.mesh().expect("a grid");
+            (
+                grid.transformed(glam::Mat4::from_translation(Vec3::new(0.37, y, -0.21))),
+                Material::Diffuse { albedo: Albedo::Solid(Vec3::ONE) },
+            )
+        };
+        let mirror = Material::Mirror { reflectance: Vec3::ONE };
+        let ring = Cylinder { radius_m: 0.5, height_m: 0.2, slices: 64, open: true }.mesh().expect("a ring");
+        let lit = |other: (Mesh, Material)| {
+            let surfaces = Surfaces::new(vec![(ring.clone(), mirror.clone()), other]);
+            let (mut feet, mut lit) = (0, 0);
+            for turn in 0..40 {
+                let (sin, cos) = nephroid_math::space::sin_cos_deg(9.0 * turn as f32 + 1.0);
+                let direction = Vec3::new(0.8 * sin as f32, -0.6, 0.8 * cos as f32);
+                let sun = Light::Directional { aim: nephroid_scene::Aim::Along(direction), irradiance: Vec3::ONE };
+                for (&position, &normal) in ring.positions.iter().zip(&ring.normals) {
+                    // The outer side is lit where it faces the sun.
+                    if position.y.abs() < 1.0e-6 && normal.dot(position) > 0.0 && normal.dot(direction) < -0.1 {
+                        feet += 1;
+                        lit += usize::from(surfaces.paths(0, position, normal, &sun, direction).0);
+                    }
+                }
+            }
+            (feet, lit)
+        };
+        for size in [2.0, 8.0, 30.0] {
+            let (feet, lit) = lit(table(size, 0.0));
+            assert!(feet > 500 && lit == feet, "{size} m: {lit} of {feet} places at the foot are lit");
+        }
+        assert_eq!(lit(table(8.0, 0.001)).1, 0, "a board above the foot does not shade it");
     }
 }

@@ -1,4 +1,4 @@
-//! Shadows of objects in the direct light of suns and spots: as large as geometry says, with the default shadow map.
+//! Shadows of objects in the direct light of suns, spots and lamps: as large as geometry says, with the default shadow map.
 
 use std::path::Path;
 
@@ -72,6 +72,7 @@ fn shadows_are_as_large_as_what_casts_them() {
         "Directional(aim: Sun(azimuth_deg: 25, elevation_deg: 78), irradiance: (1, 1, 1))",
         "Directional(aim: Sun(azimuth_deg: 200, elevation_deg: 35), irradiance: (1, 1, 1))",
         "Spot(position: (0.6, 1.6, 0.5), direction: (-0.3, -1, -0.25), inner_deg: 50, outer_deg: 60, intensity: (10, 10, 10))",
+        "Point(position: (0.6, 1.6, 0.5), intensity: (10, 10, 10))",
     ];
     for light in lights {
         let (drawn, expected) = taken(light, "caustic-volumes");

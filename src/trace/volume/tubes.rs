@@ -208,19 +208,23 @@ impl Group {
         let (speed, one) = (along.length(), L::splat(token, 1.0));
         let per_volume = share * speed / Lanes::max(volume.abs(), L::splat(token, f32::MIN_POSITIVE));
         let (from, to) = (L::select(met, from, zero), L::select(met, to, zero));
-        let longest = (to - from).to_array().into_iter().take(L::LEN).fold(0.0, f32::max);
-        let pieces = (longest / lit.most).ceil().clamp(1.0, MAX_PIECES);
+        let pieces = Lanes::max(-(-((to - from) / lit.most)).floor(), one);
+        let pieces = Lanes::min(pieces, L::splat(token, MAX_PIECES));
         let chord = (to - from) / pieces;
+        let most = pieces.to_array().into_iter().take(L::LEN).fold(1.0, f32::max);
         let mut sum = v3(zero, zero, zero);
-        for piece in 0..pieces as u32 {
-            let s = from + chord * (piece as f32 + 0.5);
+        for piece in 0..most as u32 {
+            let number = L::splat(token, piece as f32);
+            let chord = L::select(number.lt(pieces), chord, zero);
+            let s = from + chord * (number + 0.5);
             let [u, v, t] = found.at(s - middle);
             let to_eye = Lanes::max(t * speed, zero);
             let (start, toward) = (mixed(&tubes.origin, u, v), mixed(&tubes.direction, u, v).normalize());
             let (density, column) = lit.densities(token, s);
             let columns = [column, lit.view_columns(token, start, toward, to_eye, met.bits())];
-            let parts = Parts { chord, direction: along * (one / speed), per_volume, density, columns, slope: found.slope[2] * speed };
-            sum = sum + lit.scattered(token, &parts);
+            let direction = along * (one / speed);
+            let light = lit.scattered(token, &Parts { chord, direction, per_volume, density, columns, slope: found.slope[2] * speed });
+            sum = sum + light;
         }
         let passed = v3(
             L::load(token, &self.passed[0][first..]),
