@@ -6,8 +6,9 @@ use nephroid::scene::Scene;
 use crate::support::{full, scene, shipped_scenes};
 use crate::waterside::Seen;
 
-/// Scenes without light that a technique could be judged by: in the slab nothing but the medium is lit.
-const DARK: [&str; 1] = ["analytic/slab.ron"];
+/// Scenes without light that a technique could be judged by: in the slab nothing but the medium is lit; the matched body is glass in water, which no technique
+/// draws light through, as it says.
+const DARK: [&str; 2] = ["analytic/slab.ron", "analytic/matched.ron"];
 
 /// The scenes of every run: shadows of roofs and boards over water, a lamp, glass with many ways through it, a mirror that shades itself.
 const SHORT: [&str; 6] = ["lido.ron", "jetty.ron", "sinking_lamp.ron", "figure.ron", "bowl.ron", "courtyard.ron"];

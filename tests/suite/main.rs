@@ -21,6 +21,7 @@ mod light_volumes_truth;
 mod memory;
 mod mesh_files;
 mod passes;
+mod pictures;
 mod places;
 mod readback;
 mod render_cli;
