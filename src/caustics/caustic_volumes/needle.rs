@@ -28,15 +28,20 @@ pub(super) struct Needle<L: Lanes> {
 /// narrow the sections are: those of a fine mesh lie side by side, and the middle is in one of them.
 pub(super) const FOCUSED: f32 = 1.0 / 32.0;
 
-/// Whether a section is at a focus and narrower than a pixel: whether its height over its longest edge is. `generator`: twice the area of the beam's generator,
-/// seen from above, m².
+/// Whether a section is at a focus. `double_area`: twice its signed area, `generator`: twice the area of the beam's generator, both seen from above, m².
 #[inline(always)]
-pub(super) fn is_narrow<L: Lanes>(corners: &[V2<L>; 3], double_area: L, generator: L, pixel: L) -> L::Mask {
-    let squared = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (corners[j] - corners[i]).dot(corners[j] - corners[i]));
-    let longest = Lanes::max(Lanes::max(squared[0], squared[1]), squared[2]);
+pub(super) fn is_focused<L: Lanes>(double_area: L, generator: L) -> L::Mask {
+    double_area.abs().lt(generator * FOCUSED)
+}
+
+/// Whether a section is narrower than a pixel: whether its height over its longest edge is.
+#[inline(always)]
+pub(super) fn is_narrow<L: Lanes>(corners: &[V2<L>; 3], double_area: L, pixel: L) -> L::Mask {
+    let [a, b, c] = *corners;
+    let (ab, bc, ca) = ((b - a).dot(b - a), (c - b).dot(c - b), (a - c).dot(a - c));
+    let longest = Lanes::max(Lanes::max(ab, bc), ca);
     let wide = pixel * (1.0 - LEAST);
-    let narrow = (double_area * double_area).lt(wide * wide * longest) | longest.equals(pixel.like(0.0));
-    narrow & double_area.abs().lt(generator * FOCUSED)
+    (double_area * double_area).lt(wide * wide * longest) | longest.equals(pixel.like(0.0))
 }
 
 /// Whether a point may be lit by a section that is narrower than a pixel: false only where [`Needle::coverage`] is 0.
@@ -44,11 +49,14 @@ pub(super) fn is_narrow<L: Lanes>(corners: &[V2<L>; 3], double_area: L, generato
 pub(super) fn is_near<L: Lanes>(corners: &[V2<L>; 3], at: V2<L>, pixel: L) -> L::Mask {
     let [a, b, c] = *corners;
     let reach = pixel * (0.5 + 2.0 * LEAST);
-    let within = |a: L, b: L, c: L, at: L| {
-        let (low, high) = (Lanes::min(Lanes::min(a, b), c), Lanes::max(Lanes::max(a, b), c));
-        at.ge(low - reach) & (high + reach).ge(at)
-    };
-    within(a.x, b.x, c.x, at.x) & within(a.y, b.y, c.y, at.y)
+    is_within([a.x, b.x, c.x], at.x, reach) & is_within([a.y, b.y, c.y], at.y, reach)
+}
+
+/// Whether a number is between the least and the greatest of three, or no farther from them than `reach`.
+#[inline(always)]
+fn is_within<L: Lanes>([a, b, c]: [L; 3], at: L, reach: L) -> L::Mask {
+    let (low, high) = (Lanes::min(Lanes::min(a, b), c), Lanes::max(Lanes::max(a, b), c));
+    at.ge(low - reach) & (high + reach).ge(at)
 }
 
 impl<L: Lanes> Needle<L> {
@@ -96,7 +104,10 @@ impl<L: Lanes> Needle<L> {
     pub fn coverage(&self, at: V2<L>) -> L {
         let zero = at.x.like(0.0);
         let inverse = zero.like(1.0) / self.square;
-        let [a, b, c] = self.corners.map(|p| v2((p.x - at.x) * inverse + 0.5, (p.y - at.y) * inverse + 0.5));
+        let [mut a, mut b, mut c] = self.corners;
+        for p in [&mut a, &mut b, &mut c] {
+            *p = v2((p.x - at.x) * inverse + 0.5, (p.y - at.y) * inverse + 0.5);
+        }
         let under = under_edge(a, b) + under_edge(b, c) + under_edge(c, a);
         // Counter-clockwise, the upper edges run backwards.
         Lanes::clamp(L::select(self.double_area.lt(zero), under, -under), 0.0, 1.0)
@@ -108,12 +119,17 @@ impl<L: Lanes> Needle<L> {
         let (zero, one) = (at.x.like(0.0), at.x.like(1.0));
         let [a, b, c] = self.corners;
         let inverse = one / self.double_area;
-        let inside = |from: V2<L>, to: V2<L>| Lanes::max((to - from).perp_dot(at - from) * inverse, zero);
-        let own = [inside(b, c), inside(c, a), inside(a, b)];
+        let mut own = [zero; 3];
+        for (weight, (from, to)) in own.iter_mut().zip([(b, c), (c, a), (a, b)]) {
+            *weight = Lanes::max((to - from).perp_dot(at - from) * inverse, zero);
+        }
         let whole = one / (own[0] + own[1] + own[2]);
-        let own = own.map(|w| w * whole);
         let (second, third) = (self.first.equals(one), self.first.equals(zero.like(2.0)));
-        [0, 1, 2].map(|i: usize| L::select(third, own[(i + 1) % 3], L::select(second, own[(i + 2) % 3], own[i])))
+        let mut weights = [zero; 3];
+        for i in 0..3 {
+            weights[i] = L::select(third, own[(i + 1) % 3], L::select(second, own[(i + 2) % 3], own[i])) * whole;
+        }
+        weights
     }
 }
 
@@ -150,11 +166,12 @@ mod tests {
     fn needle(corners: &[V2<f32>; 3], pixel: f32) -> Needle<f32> {
         let double_area = (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
         assert!(
-            is_narrow(corners, double_area, 64.0 * double_area.abs() + 1.0, pixel)
-                && !is_narrow(corners, double_area, 0.5 * double_area.abs(), pixel)
+            is_narrow(corners, double_area, pixel)
+                && is_focused(double_area, 64.0 * double_area.abs() + 1.0)
+                && !is_focused(double_area, 0.5 * double_area.abs())
         );
         let wide = [v2(0.0, 0.0), v2(1.0, 0.0), v2(0.0, 1.0)];
-        assert!(!is_narrow(&wide, 1.0, 64.0, pixel) && is_narrow(&wide, 1.0, 64.0, 2.0));
+        assert!(!is_narrow(&wide, 1.0, pixel) && is_narrow(&wide, 1.0, 2.0));
         Needle::of(corners, double_area, pixel)
     }
 

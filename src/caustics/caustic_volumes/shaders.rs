@@ -24,7 +24,7 @@ use nephroid_pipeline::{BindingKind, Bindings};
 use nephroid_scene::Radiometry;
 
 use super::hull::{MAX_FACES, hull};
-use super::needle::{FOCUSED, Needle, is_narrow, is_near};
+use super::needle::{FOCUSED, Needle, is_focused, is_narrow, is_near};
 use crate::beams::Beam;
 use crate::beams::geometry::double_area;
 
@@ -243,13 +243,17 @@ impl<const PAPER: bool> FragmentShader for VolumeFragment<PAPER> {
             weight[(i + 2) % 3] = if first { side } else { -side };
         }
         // Around a focus a section is narrower than a pixel, and lights pixels beside it.
-        let camera: &CameraUniform = bindings.uniform(0);
-        let pixel = camera.pixel_m(p_ws);
         let generator = zero.like(generator_of(beam).abs());
-        let needles = is_narrow(&corners, double_area, generator, pixel);
-        let narrow = needles & is_near(&corners, at, pixel) & p.y.ge(zero.like(volume.shape.x));
+        let focused = is_focused(double_area, generator);
         let middle = inside;
-        inside = inside & !needles;
+        let (mut narrow, mut pixel) = (zero.lt(zero), zero);
+        if focused.any() {
+            let camera: &CameraUniform = bindings.uniform(0);
+            pixel = camera.pixel_m(p_ws);
+            let needles = focused & is_narrow(&corners, double_area, pixel);
+            narrow = needles & is_near(&corners, at, pixel) & p.y.ge(zero.like(volume.shape.x));
+            inside = inside & !needles;
+        }
         if !(inside | narrow).any() {
             output.keep = inside;
             return;

@@ -114,19 +114,20 @@ impl CameraUniform {
         }
         let inside = self.in_extent(p_ws);
         let (columns, rows, _) = heights.level_size(0);
-        let place = |at: L, first: f32, per_metre: f32, count: u32| Lanes::clamp((at - first) * per_metre, 0.0, (count - 1) as f32);
-        let (column, row) = (place(p_ws.x, self.grid.x, self.grid.z, columns), place(p_ws.z, self.grid.y, self.grid.w, rows));
-        let corner = |at: L, count: u32| Lanes::min(at.floor(), at.like((count - 2) as f32));
-        let (left, top) = (corner(column, columns), corner(row, rows));
+        let column = Lanes::clamp((p_ws.x - self.grid.x) * self.grid.z, 0.0, (columns - 1) as f32);
+        let row = Lanes::clamp((p_ws.z - self.grid.y) * self.grid.w, 0.0, (rows - 1) as f32);
+        let left = Lanes::min(column.floor(), zero.like((columns - 2) as f32));
+        let top = Lanes::min(row.floor(), zero.like((rows - 2) as f32));
         let (x, z) = (column - left, row - top);
         // The triangle's corners are (0, 0) or (1, 1), and both others.
         let far = (x + z).gt(one);
         let first = L::select(far, one, zero);
         let along_x = L::select(far, one - z, x);
         let along_z = L::select(far, one - x, z);
-        let height = |dx: L, dz: L| load(heights, left + dx, top + dz, 0, 0).x;
-        let base = height(first, first);
-        let surface = base + along_x * (height(one, zero) - base) + along_z * (height(zero, one) - base);
+        let base = load(heights, left + first, top + first, 0, 0).x;
+        let right = load(heights, left + one, top, 0, 0).x;
+        let below = load(heights, left, top + one, 0, 0).x;
+        let surface = base + along_x * (right - base) + along_z * (below - base);
         inside & p_ws.y.lt(surface)
     }
 }

@@ -129,10 +129,13 @@ pub fn passes_surface<L: Lanes>(light: &LightUniform, camera: &CameraUniform, he
         leaves = Lanes::max(leaves, Lanes::min(a, b));
         comes = Lanes::min(comes, Lanes::max(a, b));
     }
-    let wet = |t: L| {
-        let q = p + back * t;
-        camera.under_water(heights, v3(Lanes::clamp(q.x, e.x, e.z), q.y, Lanes::clamp(q.z, e.y, e.w)))
-    };
-    let passes = leaves.le(comes) & !wet(leaves);
-    if is_lamp { passes } else { passes & wet(comes) }
+    let passes = leaves.le(comes) & !is_wet(camera, heights, p + back * leaves);
+    if is_lamp { passes } else { passes & is_wet(camera, heights, p + back * comes) }
+}
+
+/// Lanes whose place is under water, with places beside the water's rectangle moved to its side.
+#[inline(always)]
+fn is_wet<L: Lanes>(camera: &CameraUniform, heights: &TextureView<'_>, q: V3<L>) -> L::Mask {
+    let e = camera.extent;
+    camera.under_water(heights, v3(Lanes::clamp(q.x, e.x, e.z), q.y, Lanes::clamp(q.z, e.y, e.w)))
 }

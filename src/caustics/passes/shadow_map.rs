@@ -201,8 +201,9 @@ impl LightUniform {
             let face = self.face_of(p_ws);
             // Filtering stays inside of the face.
             let half = 0.5 / self.cube.w;
-            let place = |x: L| Lanes::clamp(x * 0.5 + 0.5, half, 1.0 - half);
-            let uv = v2((face.column + place(face.x)) * (1.0 / 3.0), (face.row + place(face.y)) * 0.5);
+            let x = Lanes::clamp(face.x * 0.5 + 0.5, half, 1.0 - half);
+            let y = Lanes::clamp(face.y * 0.5 + 0.5, half, 1.0 - half);
+            let uv = v2((face.column + x) * (1.0 / 3.0), (face.row + y) * 0.5);
             return (uv, -(one / face.distance * self.cube.z) + self.cube.y, face.distance.gt(zero));
         }
         let clip = transform_point(&self.clip_from_world, p_ws);

@@ -328,8 +328,8 @@ impl FragmentShader for Fragment {
         output.color[0] = v4(at.x, at.y, at.z, L::select(emitted, ends, zero));
         output.color[1] = v4(ray.x, ray.y, ray.z, L::select(lands, beam, zero));
         output.color[2] = v4(flux.x, flux.y, flux.z, L::select(emitted, sum(sent), zero));
-        let [reflected, before, within] = losses.map(|lost| L::select(emitted, lost, zero));
-        output.color[if self.options.differentials { 5 } else { 3 }] = v4(reflected, before, within, zero);
+        let lost = V3::select(emitted, v3(losses[0], losses[1], losses[2]), nothing);
+        output.color[if self.options.differentials { 5 } else { 3 }] = v4(lost.x, lost.y, lost.z, zero);
         if self.options.differentials {
             for (k, bend) in bends.iter().enumerate() {
                 let step = bend.transferred(landing.distance).position;
