@@ -111,6 +111,7 @@ fn camera_uniform(
     });
     let depth = scene.water.as_ref().map_or(1.0, |water| (water.level_m - lowest_receiver_y).max(water.size_m.max_element() * 0.1));
     let (lowest, level) = scene.water.as_ref().map_or((0.0, 0.0), |water| (water.lowest_m(), water.level_m));
+    let (low, high) = surface.map_or((0.0, 0.0), HeightField::height_range_ws);
     CameraUniform {
         clip_from_world,
         world_from_clip: clip_from_world.inverse(),
@@ -119,6 +120,6 @@ fn camera_uniform(
         water: Vec4::new(lowest, ratio, if under { 1.0 } else { 0.0 }, if water.is_some() { 1.0 } else { 0.0 }),
         extent,
         grid,
-        level: Vec4::new(level, depth, 0.0, 0.0),
+        level: Vec4::new(level, depth, low, high),
     }
 }

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, Vec4};
 
-use nephroid_math::lanes::Lanes;
+use nephroid_math::lanes::{Lanes, Mask as _};
 use nephroid_math::vector::{V2, V3, V4, transform_point, v2, v3};
 use nephroid_pipeline::TextureView;
 use nephroid_pipeline::sampler::load;
@@ -27,7 +27,8 @@ pub struct CameraUniform {
     pub extent: Vec4,
     /// Grid of the surface's heights: x and z of the first vertex, m; vertices per metre along x and z.
     pub grid: Vec4,
-    /// x: mean water level, m. y: depth of the water, m: how far below that level the lowest receiver is, or a tenth of the water's size. The rest is unused.
+    /// x: mean water level, m. y: depth of the water, m: how far below that level the lowest receiver is, or a tenth of the water's size. z, w:
+    /// least and greatest height of the surface's vertices, m.
     pub level: Vec4,
 }
 
@@ -102,6 +103,16 @@ impl CameraUniform {
         !self.in_extent(p_ws) & p_ws.y.lt(p_ws.x.like(self.water.x - 1.0e-3 * self.level.y))
     }
 
+    /// Lanes whose point is in the body of water whatever the height of the surface there, and lanes for which that height matters.
+    #[inline(always)]
+    pub fn far_under_water<L: Lanes>(&self, p_ws: V3<L>) -> (L::Mask, L::Mask) {
+        // What rounding could decide counts as near.
+        let near = 1.0e-3 * self.level.y;
+        let inside = self.in_extent(p_ws);
+        let (below, above) = (p_ws.y.lt(p_ws.y.like(self.level.z - near)), p_ws.y.gt(p_ws.y.like(self.level.w + near)));
+        (inside & below, inside & !below & !above)
+    }
+
     /// Lanes whose point is in the body of water: inside its extent and below the surface there. `heights` is the texture of the surface's heights.
     ///
     /// Between its vertices the surface is that of the triangles of [`nephroid_scene::water::HeightField::triangle_indices`], so that the line where
@@ -111,6 +122,10 @@ impl CameraUniform {
         let (zero, one) = (p_ws.x.like(0.0), p_ws.x.like(1.0));
         if self.water.w == 0.0 {
             return zero.lt(zero);
+        }
+        let (wet, near) = self.far_under_water(p_ws);
+        if !near.any() {
+            return wet;
         }
         let inside = self.in_extent(p_ws);
         let (columns, rows, _) = heights.level_size(0);

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
-use nephroid_math::lanes::Lanes;
+use nephroid_math::lanes::{Lanes, Mask as _};
 use nephroid_math::optics::{beer_lambert_rgb, fresnel_reflectance, reflect, refract};
 use nephroid_math::vector::{V2, V3, V4, transform_point, v2, v3, v4};
 use nephroid_pipeline::sampler::{AddressMode, Sampler, load, sample_level};
@@ -228,7 +228,12 @@ impl SurfaceFragment {
             let at = position_at(bindings, pixel);
             let point = v3(at.x, at.y, at.z);
             // A receiver above the water hides the water at this pixel; the ray continues below it.
-            let wet = at.w.gt(zero) & load(bindings.texture(5), pixel.x.floor(), pixel.y.floor(), 0, 0).w.gt(zero);
+            // The geometry buffer knows which points are wet; most are far from the surface, and need not be looked up.
+            let (mut wet, near) = camera.far_under_water(point);
+            if (near & at.w.gt(zero)).any() {
+                wet = wet | (near & load(bindings.texture(5), pixel.x.floor(), pixel.y.floor(), 0, 0).w.gt(zero));
+            }
+            let wet = at.w.gt(zero) & wet;
             let to = point - surface;
             let guess = to.length();
             let beside = to - ray * to.dot(ray);
