@@ -5,9 +5,11 @@
 //! A beam spreads its flux evenly over its cross-section, so where light varies the technique is a staircase whose steps are beams. Its error is
 //! bounded here on meshes that are finer and finer, and must shrink with them.
 
+use std::path::Path;
+
 use glam::Vec3;
 use nephroid::caustics::caustic_volumes::CausticVolumes;
-use nephroid::caustics::{RenderOptions, Renderer};
+use nephroid::caustics::{RenderOptions, Renderer, TECHNIQUES};
 use nephroid::scene::{Aim, Light, Scene};
 use rayon::prelude::*;
 
@@ -148,6 +150,33 @@ fn crossed_waves_conserve_energy() {
         println!("at {depth} f, landed over entered: {ratio}");
         assert!((ratio - 1.0).abs() < bound, "at {depth} f: {ratio}");
     }
+}
+
+/// T3 with a board over one of two periods, before the focus: vertices in its shadow remove their share of the light, and no more. The planes through the
+/// troughs are planes of symmetry that no light crosses. The board's sides are between two columns of vertices, and so is the edge of what they interpolate.
+#[test]
+fn shadowed_vertices_remove_their_share() {
+    let crossed = Crossed::SHIPPED;
+    let mut scene = scene("crossed_sines.ron", 512);
+    scene.techniques.edit::<CausticVolumes>().grid = Some((257, 257));
+    let cell = 4.0 / 256.0;
+    let board = format!(
+        "(shape: Grid(size_m: ({}, 8)), transform: (translate: (0, 2.7, 0)), material: Diffuse(albedo: Solid(0.5, 0.5, 0.5)))",
+        1.0 + cell
+    );
+    let text = format!(
+        "Scene(camera: Orthographic(position: (0, 3, 0), target: (0, 0, 0), up: (0, 0, -1), height_m: 2), lights: [], objects: [{board}])"
+    );
+    let board = TECHNIQUES.parse(&text, "board", Path::new("")).unwrap_or_else(|error| panic!("{error}")).objects.remove(0);
+    // Above the camera's near plane, where it is not seen.
+    scene.objects.push(board);
+    let values = irradiance(&scene);
+    let ratio = values.iter().sum::<f64>() / values.len() as f64 / crossed.mean_of_period();
+    let lit = 1.0 - (1.0 + cell) / 2.0;
+    println!("of all light, {ratio} in place of {lit}");
+    assert!((ratio / lit - 1.0).abs() < 5.0e-3, "{ratio} of the light in place of {lit}");
+    let dark = (0..values.len()).filter(|&k| place(k, 512).0.abs() < 0.5 - 2.0 * cell);
+    assert!(dark.clone().count() > 1000 && dark.map(|k| values[k]).all(|value| value == 0.0), "there is light in the shadow");
 }
 
 #[test]
