@@ -78,7 +78,7 @@ fn light_in_media_is_the_same_in_smaller_pixels() {
                 let error = quarters
                     .iter()
                     .map(|&(x, y)| small.standard_error(x, y)[1] / 4.0)
-                    .fold(large.standard_error(column, row)[1], |a, b| libm::hypot(a, b));
+                    .fold(large.standard_error(column, row)[1], libm::hypot);
                 (large.mean(column, row)[1] - factor * mean).abs() / (error + 1.0e-3 * mean)
             };
             (0..16).map(z).fold(0.0, f64::max)
