@@ -29,6 +29,9 @@ const BATCH: (u64, u64) = (1 << 16, 1 << 24);
 /// Photons of a batch for each pixel, if scattered light is measured: they are spread evenly within a batch.
 const VOLUME_PHOTONS: u64 = 8;
 
+/// Most of these: a batch takes some seconds, and the noise is known after two.
+const VOLUME_BATCH: u64 = 1 << 21;
+
 /// Options of a run: what is measured, and how.
 #[derive(Clone, Debug)]
 pub struct TraceOptions {
@@ -155,7 +158,7 @@ impl Tracer {
             batches: 0,
         };
         let texels = [&run.plane, &run.pixels].into_iter().flatten().map(|a| a.len() as u64).max().unwrap_or(1);
-        let views_of_batch = if options.volume { VOLUME_PHOTONS * u64::from(columns) * u64::from(rows) } else { 1 };
+        let views_of_batch = if options.volume { (VOLUME_PHOTONS * u64::from(columns) * u64::from(rows)).min(VOLUME_BATCH) } else { 1 };
         let batch_photons = texels.max(views_of_batch).next_power_of_two().clamp(BATCH.0, BATCH.1);
 
         Ok(Self {
