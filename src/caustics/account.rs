@@ -3,11 +3,13 @@
 //! The textures and small buffers of a frame follow from a sketch of it: the technique's own frame, of the scene with its water on a grid of two by two and
 //! with one small thing in place of each object. Meshes, beams and photons are counted by their numbers and the sizes of their records.
 
+use glam::Vec3;
+
 use nephroid_pipeline::Device;
 use nephroid_pipeline::frame::Frame;
-use nephroid_scene::geom::shapes::Grid;
+use nephroid_scene::geom::shapes::Cuboid;
 use nephroid_scene::water::WaterModel;
-use nephroid_scene::{Account, Scene, Shape};
+use nephroid_scene::{Account, Scene, Shape, Transform};
 
 use super::{RenderError, Technique};
 
@@ -48,11 +50,13 @@ pub fn account(technique: &'static dyn Technique, scene: &Scene, device: &Device
     account
 }
 
-/// The frame of a scene whose meshes are as small as can be.
+/// The frame of a scene whose meshes are as small as can be: blocks that stand in the water and out of it, so that there is every map that the scene could need.
 fn sketch(technique: &'static dyn Technique, scene: &Scene, device: &Device, layers: &[&str]) -> Result<Frame, RenderError> {
     let mut small = scene.clone();
+    let level = scene.water.as_ref().map_or(0.0, |water| water.level_m);
     for object in &mut small.objects {
-        object.shape = Shape::Grid(Grid::default());
+        object.shape = Shape::Cuboid(Cuboid::default());
+        object.transform = Transform { translate: Vec3::Y * level, ..Transform::default() };
     }
     small.objects.dedup_by(|a, b| std::mem::discriminant(&a.material) == std::mem::discriminant(&b.material));
     if let Some(water) = &mut small.water {
