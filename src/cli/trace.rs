@@ -340,6 +340,7 @@ fn report(args: &HiArgs, tracer: &Tracer, finished: bool, (photons_per_s, second
 fn counters(tracer: &Tracer) -> Vec<(&'static str, u64)> {
     let mut counts = tracer.audit().counts();
     counts.push(("bodies_turned", tracer.turned_bodies()));
+    counts.push(("pixels_left_out", tracer.pixels_left_out()));
     counts.retain(|(name, count)| *count > 0 || *name == "photons");
     counts
 }

@@ -3,9 +3,10 @@
 use glam::Vec3;
 
 use nephroid_scene::water::WaterModel;
-use nephroid_scene::{Account, Scene};
+use nephroid_scene::{Account, Density, Scene, Smoke};
 
 use super::tracer::TraceOptions;
+use super::volume::MOST_VALUES;
 
 /// The program itself, and what its threads take.
 const PROGRAM_BYTES: u64 = 24 << 20;
@@ -62,6 +63,15 @@ pub fn account(scene: &Scene, options: &TraceOptions) -> Account {
         let refracted = scene.water.is_some() && (scene.medium.sigma_s != Vec3::ZERO || scene.smoke.is_some());
         let per_pixel = VIEW_BYTES + if refracted { TUBE_BYTES } else { 0 };
         account.add("light in media", picture * per_pixel + BEAMS_BYTES, "image.width or image.height");
+        if let Some(Smoke { density: Density::Noise { cells: (x, y, z), .. }, .. }) = scene.smoke {
+            // Views pass through no more half cells than along all three sides.
+            let values = picture * 2 * (u64::from(x) + u64::from(y) + u64::from(z));
+            account.add(
+                "smoke on the way to the eye",
+                4 * values.min(MOST_VALUES),
+                "the cells of smoke.density, image.width or image.height",
+            );
+        }
     }
     if let Some(plane) = &scene.trace.plane {
         account.add(

@@ -271,6 +271,12 @@ impl Tracer {
         self.world.turned
     }
 
+    /// Number of pixels of [`Tracer::volume`] that lack light behind the surface of the water, because views part too much in them.
+    #[must_use]
+    pub fn pixels_left_out(&self) -> u64 {
+        self.views.as_ref().map_or(0, |views| views.left_out)
+    }
+
     /// Flux that the lights emit towards specular surfaces, W summed over RGB: the audit's `emitted` per batch, computed from areas.
     #[must_use]
     pub fn emitted_w(&self) -> f64 {

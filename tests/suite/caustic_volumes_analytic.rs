@@ -141,7 +141,7 @@ fn crossed_waves_conserve_energy() {
     // Two whole periods along both axes, at the shipped depth before the focus and at one behind it. Pixels sample points, and behind the focus
     // an eighth of the light is in beams that are narrower than those of 512 x 512 pixels: they see 0.97 of it, or 1.01, as sizes go.
     let crossed = Crossed::SHIPPED;
-    for (depth, size, bound) in [(0.75, 512, 1.0e-3), (1.5, support::sized(2999, 1999), 8.0e-3)] {
+    for (depth, size, bound) in [(0.75, 512, 1.0e-3), (1.5, support::sized(2999, 1999), support::sized(8.0e-3, 5.0e-3))] {
         let mut scene = scene("crossed_sines.ron", size);
         scene.techniques.edit::<CausticVolumes>().grid = Some((257, 257));
         scene.objects[0].transform.translate.y = crossed.level(depth * crossed.wave.focus_depth()) as f32;

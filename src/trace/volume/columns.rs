@@ -13,6 +13,9 @@ const SPACING: f32 = 0.5;
 /// Most pixels between tabulated views.
 const MAX_PIXELS: u32 = 8;
 
+/// Most values of a table: more would not fit into the account of memory.
+pub(in super::super) const MOST_VALUES: u64 = 1 << 26;
+
 /// Integrals of the density along views, linear between tabulated places.
 pub(super) struct Columns {
     /// Pixels between tabulated views.
@@ -27,7 +30,8 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// Tabulates smoke. `None` if a pixel is too large for it: half a cell wide or more, where the smoke is farthest away.
+    /// Tabulates smoke. `None` if a pixel is too large for it, half a cell wide or more where the smoke is farthest away; or if the table would have more than
+    /// [`MOST_VALUES`].
     pub fn new(eye: &Eye<'_>, smoke: &SmokeBox) -> Option<Self> {
         let projection = eye.projection();
         let farthest = smoke.bounds().corners().iter().map(|corner| corner.as_dvec3().distance(projection.eye)).fold(0.0, f64::max);
@@ -48,6 +52,9 @@ impl Columns {
         let start = spans.iter().map(|span| span.0).fold(f32::INFINITY, f32::min);
         let end = spans.iter().map(|span| span.1).fold(0.0, f32::max);
         let count = if spans.is_empty() { 2 } else { ((end - start) / step).ceil() as usize + 2 };
+        if u64::from(columns) * u64::from(rows) * count as u64 > MOST_VALUES {
+            return None;
+        }
         let along = |index: u32| {
             let view = at(index);
             let mut sum = 0.0;

@@ -32,6 +32,7 @@ use super::eye::{Eye, MAX_CROSSINGS};
 use super::media::{Place, SmokeBox};
 
 pub(super) use beam::Beam;
+pub(super) use columns::MOST_VALUES;
 pub(super) use view::{View, passed};
 
 use beam::Lit;
@@ -87,35 +88,39 @@ pub(super) struct Views {
     /// Later straight parts that run through media that scatter, by the way that views took to them.
     tubes: Vec<Tubes>,
     reach: f32,
+    /// Pixels that see through the surface of the water, but whose views part so much that none of it is measured.
+    pub left_out: u64,
 }
 
 impl Views {
     /// Follows the views of all pixels. Neither they, behind the water's surface, nor beams are followed farther than `reach` metres.
     pub fn new(eye: &Eye<'_>, media: Media<'_>, reach: f32) -> Self {
-        let rows: Vec<(Ends, Vec<(Way, Tube)>)> = (0..eye.rows())
+        let rows: Vec<(Ends, Vec<(Way, Tube)>, u64)> = (0..eye.rows())
             .into_par_iter()
             .map(|row| {
-                let (mut ends, mut tubes, mut of_pixel) = (Ends::default(), Vec::new(), PixelTubes::default());
+                let (mut ends, mut tubes, mut of_pixel, mut left_out) = (Ends::default(), Vec::new(), PixelTubes::default(), 0);
                 parts_of_row(eye, row, |column, part| {
                     ends.add(&part);
                     of_pixel.add(&part, (media, reach), row * eye.columns() + column);
                     if part.number + 1 == part.count {
+                        left_out += u64::from(of_pixel.is_left_out());
                         std::mem::take(&mut of_pixel).put(&mut tubes);
                     }
                 });
-                (ends, tubes)
+                (ends, tubes, left_out)
             })
             .collect();
-        let (mut ends, mut ways) = (Vec::new(), BTreeMap::<Way, Vec<Tube>>::new());
-        for (row, tubes) in rows {
+        let (mut ends, mut ways, mut left_out) = (Vec::new(), BTreeMap::<Way, Vec<Tube>>::new(), 0);
+        for (row, tubes, of_row) in rows {
             ends.push(row);
+            left_out += of_row;
             for (way, tube) in tubes {
                 ways.entry(way).or_default().push(tube);
             }
         }
         let place = |way: &Way| if way.last() == Some(&true) { Place::Water } else { Place::Air };
         let tubes = ways.into_iter().map(|(way, tubes)| Tubes::new(place(&way), tubes, eye.columns())).collect();
-        Self { screen: Screen::new(eye, media, ends), tubes, reach }
+        Self { screen: Screen::new(eye, media, ends), tubes, reach, left_out }
     }
 
     /// Adds the light of beams to the pixels that see them.
@@ -165,7 +170,8 @@ impl PixelTubes {
         let longest = part.corners.iter().map(|corner| corner.stretches.len()).max().unwrap_or(0);
         for number in 1..longest {
             if !part.corners.iter().all(|corner| first.agrees(corner, number)) {
-                self.lost[number] += share;
+                let goes_on = |corner: &&Look| corner.stretches.iter().skip(number).any(|stretch| media.scatters(stretch.place));
+                self.lost[number] += if part.corners.iter().any(goes_on) { share } else { 0.0 };
                 return;
             }
             let stretches = &first.stretches;
@@ -181,6 +187,11 @@ impl PixelTubes {
             let way = stretches[..=number].iter().map(|stretch| stretch.place == Place::Water).collect();
             self.tubes.push((way, Tube { edges, length, end, passed, share, pixel, part: part.number }));
         }
+    }
+
+    /// Whether so much of the pixel has no more tubes that the rest cannot stand for it.
+    fn is_left_out(&self) -> bool {
+        1.0 - self.lost.iter().sum::<f32>() < LEAST_SHARE
     }
 
     /// Moves the tubes to others; they stand for all of the pixel.
