@@ -95,7 +95,7 @@ pub(super) struct Views {
 impl Views {
     /// Follows the views of all pixels. Neither they, behind the water's surface, nor beams are followed farther than `reach` metres.
     pub fn new(eye: &Eye<'_>, media: Media<'_>, reach: f32) -> Self {
-        let rows: Vec<(Ends, Vec<(Way, Tube)>, u64)> = (0..eye.rows())
+        let rows: Vec<_> = (0..eye.rows())
             .into_par_iter()
             .map(|row| {
                 let (mut ends, mut tubes, mut of_pixel, mut left_out) = (Ends::default(), Vec::new(), PixelTubes::default(), 0);
